@@ -6,8 +6,8 @@
     >>> case = campaign.worst[0]
     >>> cx.export(cx.open_run("runs/mine"), ["xosc", "csv"], "elsewhere")
 
-These are all names that a user needs; the modules behind them may move. Nothing is imported before it is used,
-and nothing here prints. What cannot be done is a `CortexError`, which says what is wrong and what to do.
+These are all names that a user needs; the modules behind them may move. Nothing is imported before it is used, and
+nothing here prints. Each error is a `CortexError`, with its reason and its cure.
 """
 
 from importlib import import_module
@@ -67,10 +67,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import and return what a public name stands for, at its first use.
+    """Import and return the object of a public name, at its first use.
 
     Raises:
-        HiddenEngineError: another package called `engine` stands before ours.
+        HiddenEngineError: another package called `engine` comes before ours.
     """
     if name == "__version__":
         return import_module("cortex_dsl.version").VERSION

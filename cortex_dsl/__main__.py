@@ -17,7 +17,7 @@ INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 NEW_BEFORE_A_LOOK = 500_000
 """Objects that are made before Python looks for garbage among them."""
 A_MOMENT = 0.001
-"""Until a signal is heard again that came at a bad time [s]."""
+"""Delay before a signal that arrived at an unsafe time is delivered again [s]."""
 
 
 def process() -> int:
@@ -33,7 +33,7 @@ def process() -> int:
 
 
 def _open_streams() -> None:
-    """Give a command that was started with `>&-` streams that go nowhere; show what a terminal cannot as `?`."""
+    """Open null streams for a command that was started with `>&-`; replace characters that a terminal lacks by `?`."""
     if sys.stdout is None:
         sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - open until the process ends
     if sys.stderr is None:
@@ -45,11 +45,11 @@ def _open_streams() -> None:
 
 
 def _start_light() -> None:
-    """Switch off what this process does not need and what costs half the time of a short command.
+    """Switch off parts that this process does not need and that cost half the time of a short command.
 
-    Threads for matrices only spin. Looking for garbage finds none, again and again while the compiler makes what lives
-    until the end, and once more at the end, when all of it goes anyway. (Once, for two hundred variants on a town's
-    roads, takes a twelfth of the time of their check.)
+    Threads for matrices only spin. Garbage collection finds nothing, again and again while the compiler makes objects
+    that live until the end, and once more at the end, when all of them go anyway. (One collection, for two hundred
+    variants on a town's roads, takes a twelfth of the time of their check.)
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(NEW_BEFORE_A_LOOK)
@@ -57,9 +57,9 @@ def _start_light() -> None:
 
 
 def _install_signal_handlers() -> list[int]:
-    """Let SIGTERM, by which schedulers stop a job, do what Ctrl-C does; the list says whether it came.
+    """Make SIGTERM, by which schedulers stop a job, act like Ctrl-C; the returned list shows whether it came.
 
-    Of either none is lost: an exception in a frame whose caller drops it would be.
+    No signal is lost: an exception in a frame whose caller drops it would be.
     """
     came: list[int] = []
 
@@ -79,10 +79,10 @@ def _install_signal_handlers() -> list[int]:
 
 
 def _is_looking_up(frame: FrameType | None) -> bool:
-    """Whether an attribute is being looked up, by `__getattr__` or by what that calls.
+    """Return whether an attribute is being looked up, by `__getattr__` or by a function that it calls.
 
-    Until Python 3.11 the classes of enumerations have one in Python, and numpy, which asks every operand whether it is
-    an array, takes all that is raised there for a no: of a hundred interrupts of a search three were lost.
+    Until Python 3.11 the classes of enumerations have one in Python, and numpy, which checks for every operand whether
+    it is an array, treats every exception there as a no: of a hundred interrupts of a search three were lost.
     """
     return frame is not None and any(
         each is not None and each.f_code.co_name == "__getattr__" for each in (frame, frame.f_back)
@@ -90,7 +90,7 @@ def _is_looking_up(frame: FrameType | None) -> bool:
 
 
 def _let_streams_end() -> None:
-    """Keep Python from failing again when it closes a stdout whose reader has left, or whose disk is full."""
+    """Prevent another failure when Python closes a stdout whose reader has left, or whose disk is full."""
     try:
         sys.stdout.flush()
     except OSError:

@@ -1,4 +1,4 @@
-"""What the compiler has to say about a file: data only. `cortex_dsl.report.findings.snippet` draws it."""
+"""Diagnostics of the compiler for a file: data only. `cortex_dsl.report.findings.snippet` draws them."""
 
 from collections.abc import Iterable
 from enum import Enum
@@ -13,38 +13,22 @@ class Severity(Enum):
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
-    """What was understood, where the file does not say it."""
+    """Interpretation of a text that leaves it open."""
     HINT = "hint"
-    """A better way to write what is right already; runs keep quiet about it, `--check` does not."""
+    """Better form of correct text; `--check` shows it, runs do not."""
 
 
 @frozen
 class Label:
-    """A place in the source and what to say there; an empty text draws the carets alone."""
+    """A place in the source and its text; an empty text draws the carets alone."""
 
     span: Span
     text: str = ""
 
 
 @frozen
-class Page:
-    """What is always true of a code: `cortexc explain` prints it. Declared with the code, beside its check."""
-
-    title: str
-    why: str
-    wrong: str = ""
-    """The smallest whole program that raises the code."""
-    right: str = ""
-    """The same program, corrected."""
-    options: tuple[str, str] = ("", "")
-    """The `-p NAME=VALUE` that `wrong` and `right` are compiled with."""
-    shown: str = ""
-    """When the code is raised, if not while `wrong` is compiled: `while the file is read`."""
-
-
-@frozen
 class Diagnostic:
-    """One finding: what is wrong (`message`), where, why (`reason`), and how to correct it (`cure`)."""
+    """One finding: the error (`message`), its place, the reason (`reason`), and how to correct it (`cure`)."""
 
     code: str
     """Stable: SCN1xx syntax, SCN2xx names, SCN3xx units and types, SCN4xx values and meaning, SCN5xx random
@@ -74,7 +58,7 @@ class CompileError(CortexError):
         return f"<pre>{escape(str(self))}</pre>"
 
     def _render_traceback_(self) -> list[str]:
-        """What IPython prints instead of a traceback: the mistakes alone, for its frames are ours, not the file's."""
+        """Return the errors without a traceback, for IPython: all frames are ours, none is the file's."""
         return str(self).strip("\n").splitlines()
 
     def __str__(self) -> str:

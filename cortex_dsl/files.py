@@ -1,4 +1,4 @@
-"""Where imported files come from. The pipeline is handed one of these; tests and editors have their own."""
+"""Sources of imported files. The pipeline is given one of these; tests and editors have their own."""
 
 import os
 from collections.abc import Sequence
@@ -17,24 +17,24 @@ MAPS = "CORTEXC_MAPS"
 
 
 def map_among_others(path: str) -> str | None:
-    """A map of that name in the first folder of `$CORTEXC_MAPS` that has one."""
+    """Return the map of that name in the first folder of `$CORTEXC_MAPS` that has one."""
     folders = [folder for folder in os.environ.get(MAPS, "").split(os.pathsep) if folder]
     name = path.replace("\\", "/").rpartition("/")[2]
     return next((str(place) for folder in folders if name and _is_file(place := Path(folder) / name)), None)
 
 
 class Files(Protocol):
-    """Answers for the files beside a file. Names are those that messages show."""
+    """Access to the files next to a file. Names are those in messages."""
 
     def find(self, importer: str, paths: Sequence[str]) -> str | None:
-        """Name of the first of these paths that is a file, seen from the importing one."""
+        """Return the name of the first of these paths that is a file, relative to the importing one."""
         ...
 
     def read(self, name: str) -> Source:
-        """Its text.
+        """Return its text.
 
         Raises:
-            CompileError: what it holds is no scenario.
+            CompileError: its contents are no scenario.
             OSError: it cannot be read.
         """
         ...

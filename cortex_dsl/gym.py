@@ -4,12 +4,12 @@
     env = gymnasium.make("cortex_dsl.gym:cortexc/Scenario-v0", scenario="mine.scn")
     many = gymnasium.make_vec("cortex_dsl.gym:cortexc/Scenario-v0", num_envs=1024, scenario="mine.scn")
 
-What is observed, decided and paid is that of `Scenario.environment`, whose other arguments may be given too. Lanes
-begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP). At an end `info` says what became of
-the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
+Observations, actions and rewards are those of `Scenario.environment`, and its other arguments may be given too. Lanes
+begin their next episode by the step after the end of an episode (Gymnasium's NEXT_STEP). At an end `info` has the
+result of the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
 """
 
-# Packages of this extra annotate what classes hold for instances.
+# The classes of this extra's packages declare attributes of instances as class annotations.
 # pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
 # pyright: reportAttributeAccessIssue=false
 
@@ -44,7 +44,7 @@ from engine.vocabulary import EndReason, Verdict
 
 ID = "cortexc/Scenario-v0"
 FARTHEST = 1e9
-"""Of what is observed: Gymnasium wants a bound."""
+"""Largest magnitude of an observation: Gymnasium requires a bound."""
 SEEDS = 2**31
 
 
@@ -54,18 +54,19 @@ def action_space(actions: tuple[Action, ...]) -> "spaces.Box":
 
 
 def observation_space(count: int) -> "spaces.Box":
-    """So many numbers."""
+    """Return the space of `count` observed numbers."""
     return spaces.Box(-FARTHEST, FARTHEST, (count,), dtype=np.float64)
 
 
 def bounded(observations: Floats) -> Floats:
-    """What is observed, inside of its space."""
+    """Return the observations clipped to their space, with 0 for NaN."""
     return np.clip(np.nan_to_num(observations), -FARTHEST, FARTHEST)
 
 
 def ends_of(outcomes: Outcomes, ended: Bools) -> dict[str, Any]:
-    """What became of runs that have just ended, as Gymnasium has it of lanes side by side: (n,) arrays, and beside each
-    where it counts, by its name after `_`.
+    """Return the results of runs that have just ended, in Gymnasium's form for vector environments.
+
+    Arrays are (n,); for each key, `_` and the key is a mask of valid entries.
     """
     words = {
         "end": [EndReason(int(reason)).name.lower() if reason >= 0 else "" for reason in outcomes.end_reason],
@@ -76,18 +77,18 @@ def ends_of(outcomes: Outcomes, ended: Bools) -> dict[str, Any]:
 
 
 def end_of(outcomes: Outcomes) -> dict[str, Any]:
-    """The same of the only lane, whose run has ended."""
+    """Return the results of the only lane, whose run has ended."""
     columns = ends_of(outcomes, np.ones(1, dtype=bool))
     return {name: each.tolist()[0] for name, each in columns.items() if not name.startswith("_")}
 
 
 def scenario_of(scenario: "Scenario | str | Path") -> Scenario:
-    """One that is loaded, or named by its file."""
+    """Return a scenario that is given itself, or by its file."""
     return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
 class ScenarioEnv(gymnasium.Env[Floats, Floats]):
-    """One scene after another."""
+    """An environment with one scene after another."""
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
@@ -145,7 +146,7 @@ class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, dict[str, Any]]:
-        """Begin the first episodes of a seed, or of one for each lane, which is then the environment of its seed."""
+        """Begin the first episodes of a seed, or of one seed per lane, which is then the environment of its seed."""
         if isinstance(seed, Sequence):
             drawn = [int(gymnasium.utils.seeding.np_random(each)[0].integers(SEEDS)) for each in seed]
             return bounded(self.environment.reset(drawn)), {}

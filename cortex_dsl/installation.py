@@ -35,7 +35,7 @@ def errors() -> ModuleType:
 
 
 def provide_errors() -> None:
-    """Make `from engine.errors import …` succeed all the same, so that a command can report what is wrong."""
+    """Make `from engine.errors import …` succeed in any case, so that a command can report the problem."""
     if _other_engine() is not None:
         for name in REPORTING:
             sys.modules.setdefault(name, _read_from_file(name))
@@ -52,7 +52,7 @@ def _read_from_file(name: str) -> ModuleType:
 
 
 def _other_engine() -> str | None:
-    """Where the other one was found, or `nowhere`; None where it is ours."""
+    """Return the place of a foreign `engine` package, or `nowhere`; None if the package is ours."""
     spec = _engine_spec()
     places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or ()]
     if HOME / ENGINE in places:
@@ -69,7 +69,7 @@ def _engine_spec() -> ModuleSpec | None:
         return None
 
 
-# -- files that a clone keeps beside the packages, and a wheel inside this one: grammar and examples -------------------
+# -- files that a clone has next to the packages, and a wheel inside this one: grammar and examples --------------------
 
 
 def resource(name: str) -> Traversable:

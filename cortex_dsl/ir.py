@@ -1,8 +1,8 @@
 """The checked scenario: every name bound, every number SI with a known dimension, every random choice expanded.
 
-Elaboration runs the file once for each *variant* (one way of making all its finite choices) and leaves what is still
-unknown as expressions over genes, nuisance draws and, in behaviours, the running simulation. Expressions are interned:
-equal expressions of one variant are the same object, so passes may key on identity.
+Elaboration runs the file once for each *variant* (one combination of all its finite choices). Unknown values remain
+expressions over genes, nuisance draws and, in behaviours, the running simulation. Expressions are interned: equal
+expressions of one variant are the same object, so passes may key on identity.
 """
 
 from cortex_dsl.source import Source, Span
@@ -184,8 +184,8 @@ class Scope(Act):
     scope: int
     body: "Block"
     invariants: tuple[tuple[Expr, int], ...] = ()
-    """Conditions and the rules that abort the run where one is false: tested at the start, whenever the body itself
-    goes on in a later turn, and after each scope inside it has ended."""
+    """Conditions, each with the rule that aborts the run if it is false: tested at the start, whenever the body itself
+    continues in a later turn, and after each scope inside it has ended."""
 
 
 @frozen
@@ -198,7 +198,7 @@ class Demand(Act):
 
 @frozen
 class Option:
-    """One way for `Pick` to go on."""
+    """An option of `Pick`."""
 
     weight: Expr
     allowed: Expr
@@ -248,7 +248,10 @@ class Spawn(Act):
 
 @frozen
 class TryInterrupt(Act):
-    """Handlers in the order of the file; later ones win, may interrupt earlier ones, and those then resume."""
+    """Handlers in the order of the file.
+
+    Later handlers take precedence, may interrupt earlier ones, and those then resume.
+    """
 
     body: "Block"
     handlers: tuple[tuple[Expr, "Block"], ...]
@@ -288,7 +291,7 @@ class GeneInfo:
     weights: tuple[float, ...]
     span: Span
     bare: bool = False
-    """Whether the unit is not the file's, but that of the places in which the gene stands."""
+    """Whether the unit is not the file's, but that of the places of the gene."""
 
 
 @frozen
@@ -303,9 +306,8 @@ class Actor:
     inside_road: bool
     """Whether the built-in `inside the road` holds."""
     overlap_group: int
-    """Outlines of one group do not overlap at the start; 0: it may overlap anybody. Who comes in later is of a group
-    with those who come in with it, for where others will be then is up to the run.
-    """
+    """Group whose outlines do not overlap at the start; 0: the outline may overlap any other. Actors that appear later
+    are in a group with those that appear with them, since the places of other actors then depend on the run."""
     span: Span
     present: bool = True
     """Whether it takes part from the start; else a `Spawn` brings it in."""
@@ -318,20 +320,20 @@ class Requirement:
     name: str
     line: int
     margin: Expr | None = None
-    """By how much it holds: positive where it does, negative where it does not; None for a bare truth."""
+    """Margin by which it holds: positive if it holds, negative if not; None for a bare truth."""
     dimension: Dimension = PURE
-    """Of the margin."""
+    """Dimension of the margin."""
     unit: str = ""
     """Unit word of that dimension in which the file speaks; "" where it names none."""
 
 
 @frozen
 class Rule:
-    """Looked at in every sample of the running simulation. What an act triggers (`terminate` in a behaviour, a guard)
-    has no condition.
+    """A condition evaluated in every sample of the running simulation.
 
-    WATCH: the value is kept (records, atoms of temporal formulas). TERMINATE: true ends the run. ABORT: true makes the
-    run invalid (`require always c` is a rule `not c`).
+    A rule that an act triggers (`terminate` in a behaviour, a guard) has no condition. WATCH: the value is stored
+    (records, atoms of temporal formulas). TERMINATE: true ends the run. ABORT: true makes the run invalid (`require
+    always c` is a rule `not c`).
     """
 
     condition: Expr | None
@@ -347,9 +349,9 @@ class Formula:
     op: TemporalOp
     operands: tuple["Formula", ...] = ()
     watch: int = -1
-    """Of an ATOM: the rule (kind WATCH) whose value it is."""
+    """Rule (kind WATCH) that holds the value of an ATOM."""
     margin: int = -1
-    """Of an ATOM of an objective: the rule that says how far it holds."""
+    """Rule that holds the robustness of an ATOM of an objective."""
 
 
 @frozen
@@ -371,7 +373,7 @@ class Reading:
 
 @frozen
 class Objective:
-    """What a search may look for: an `expect` and its formula, or a number of the run (`Variant.objectives`)."""
+    """A possible objective of a search: an `expect` and its formula, or a number of the run (`Variant.objectives`)."""
 
     sense: Sense
     name: str
@@ -398,7 +400,7 @@ class Record:
     when: str
     """`series`, `initial` or `final`."""
     watch: int
-    """The rule (kind WATCH) that is kept."""
+    """Rule (kind WATCH) whose value is stored."""
     dimension: Dimension
     line: int
 
@@ -416,7 +418,7 @@ class Choice:
 
 @frozen
 class DrawSite:
-    """Where draws come from: the source text that a concrete copy of a case replaces by what was drawn."""
+    """Origin of draws: the source text that a concrete copy of a case replaces by its samples."""
 
     span: Span
     kind: str
@@ -424,10 +426,10 @@ class DrawSite:
     replaced by `at (x, y), facing h`), `point` (a specifier, replaced by `at (x, y)`), `heading`
     (a specifier, replaced by `facing h`); `pose added` and `point added` are put behind a class name."""
     unit: str
-    """SI unit word of a number ("m", "m/s", "rad", ""), whose written values are SI, so no rounding on the way back; of
-    a `lane` what the choice is called."""
+    """SI unit word of a number ("m", "m/s", "rad", ""); values are written in SI, which avoids rounding. For a `lane`,
+    the name of the choice."""
     values: tuple[Expr, ...]
-    """What the site evaluated to; written out with 17 digits."""
+    """Values of the site; written out with 17 digits."""
 
 
 @frozen
@@ -459,12 +461,11 @@ class Variant:
     draw_sites: tuple[DrawSite, ...] = ()
     monitors: tuple[Monitor, ...] = ()
     lights: Lights | None = None
-    """Not lowered: what a program needs of them stands in its acts and rules."""
+    """Lights; not lowered, since the acts and rules contain all that a program needs of them."""
     objectives: tuple[Expr | None, ...] = ()
-    """What each objective of the scenario comes to when the run is over; None for an `expect`. Its locals are the
-    readings."""
+    """Value of each objective of the scenario after the run; None for an `expect`. Its locals are the readings."""
     environment: tuple[tuple[str, Expr], ...] = ()
-    """Arguments of `environment`, SI. Only `sight` is lowered: columns of actors hold what the others make of them."""
+    """Arguments of `environment`, SI. Only `sight` is lowered: columns of actors contain the effect of the others."""
 
 
 @frozen

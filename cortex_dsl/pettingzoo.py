@@ -3,10 +3,10 @@
     from cortex_dsl.pettingzoo import ScenarioParallelEnv
     env = ScenarioParallelEnv("mine.scn")
 
-What an agent observes, decides and gets is that of `Scenario.environment`.
+Observations, actions and rewards of an agent are those of `Scenario.environment`.
 """
 
-# PettingZoo annotates what classes hold for instances.
+# PettingZoo declares attributes of instances as class annotations.
 # pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
 
 from pathlib import Path
@@ -28,7 +28,7 @@ else:
 
 
 class ScenarioParallelEnv(ParallelEnv[str, Floats, Floats]):
-    """One scene after another, in which all controllers act at once."""
+    """An environment with one scene after another, in which all controllers act at once."""
 
     metadata: ClassVar[dict[str, Any]] = {"name": "cortexc_scenario_v0", "render_modes": []}
 
@@ -41,12 +41,12 @@ class ScenarioParallelEnv(ParallelEnv[str, Floats, Floats]):
         self._stream = np.random.default_rng()
 
     def observation_space(self, agent: str) -> "spaces.Box":
-        """What an agent observes."""
+        """Return the observation space of an agent."""
         del agent
         return self._spaces[0]
 
     def action_space(self, agent: str) -> "spaces.Box":
-        """What an agent decides."""
+        """Return the action space of an agent."""
         return self._spaces[1][agent]
 
     @property

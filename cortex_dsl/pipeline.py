@@ -1,4 +1,4 @@
-"""The whole compiler as one function: text in, program out, every stage on the way kept for inspection."""
+"""The whole compiler as one function: text in, program out, with every intermediate stage for inspection."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -8,7 +8,6 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.files import DISK, Files, map_among_others
 from cortex_dsl.lowering import lower
-from cortex_dsl.no_garbage import no_garbage_collected
 from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.names.linking import link
 from cortex_dsl.source import Source, Span
@@ -26,7 +25,7 @@ NO_OVERRIDES: Mapping[str, str] = {}
 
 @frozen
 class Compiled:
-    """A file at every stage of its compilation, and what was said about it on the way (warnings and notes)."""
+    """A file at every stage of its compilation, with its warnings and notes."""
 
     source: Source
     module: Module
@@ -37,7 +36,6 @@ class Compiled:
     """The file behind each import statement."""
 
 
-@no_garbage_collected()
 def compile_source(
     source: Source,
     overrides: Mapping[str, str] = NO_OVERRIDES,
@@ -46,8 +44,10 @@ def compile_source(
     files: Files = DISK,
     observe: "Observer | None" = None,
 ) -> Compiled:
-    """Compile a text. `overrides` fixes params to constants, as `-p NAME=VALUE` does; `scenario` names the one to run
-    where the file has several, `files` is where imports come from; `observe` is called with every value worked out.
+    """Compile a text. `overrides` fixes params to constants, as `-p NAME=VALUE` does.
+
+    `scenario` is the name to run if the file has several, `files` the source of imports; `observe` is called with every
+    value during elaboration.
 
     Raises:
         CompileError: with every error found.

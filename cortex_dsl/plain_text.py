@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def visible(text: str) -> str:
-    """A text whose control and direction characters show instead of acting on the terminal."""
+    """Return a text with its control and direction characters visible instead of acting on the terminal."""
     if text.isprintable():
         return text
     return "".join("\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else c for c in text)
@@ -19,5 +19,5 @@ def harmless(text: str) -> str:
 
 
 def as_argument(path: Path) -> str:
-    """A path as a word of a command line, where one that begins with `-` would be an option."""
+    """Return a path as a word of a command line; a path that begins with `-` would be an option."""
     return f"./{path}" if str(path).startswith("-") else str(path)

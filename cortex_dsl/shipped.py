@@ -1,4 +1,4 @@
-"""The scenarios that come with cortexc: what each is called, what it says of itself, what it needs beside it."""
+"""Scenarios of cortexc: the name of each, its docstring, and the files that it needs."""
 
 import ast
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from cortex_dsl.installation import resource
 
 SUFFIX = ".scn"
 FOLDERS = ("examples", "examples/roads", "examples/own_driver")
-"""In the order in which they are listed: case studies of the paper, roads that are no grid, a driver of one's own."""
+"""Folders in the order of the list: case studies of the paper, roads that are no grid, a driver of one's own."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Example:
 
     @property
     def summary(self) -> str:
-        """What it says of itself in a line: its docstring."""
+        """Return the docstring of the example as one line."""
         docstring, _, _ = self.text.partition("\n\n")
         return " ".join(str(ast.literal_eval(docstring)).split())
 

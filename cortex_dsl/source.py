@@ -19,7 +19,7 @@ class Span:
     end: int
 
     def to(self, other: "Span") -> "Span":
-        """The span from the start of this one to the end of the other."""
+        """Return the span from the start of this one to the end of `other`."""
         return Span(self.start, max(self.end, other.end))
 
 
@@ -71,7 +71,7 @@ class Source:
 
     @cached_property
     def line_starts(self) -> tuple[int, ...]:
-        """Of the whole."""
+        """Return the offsets of the line starts in the whole text."""
         return (0, *(i + 1 for i, character in enumerate(self.whole) if character == "\n"))
 
     def file(self, offset: int) -> FileText:

@@ -1,4 +1,4 @@
-"""The answer to a misspelt or foreign word: the nearest right one, the synonym of this language, or what exists."""
+"""The answer to a misspelt or foreign word: the nearest correct word, the synonym of this language, or a list."""
 
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
@@ -96,7 +96,7 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "U_TURN": "write `ManeuverType.U_TURN`",
     }
 )
-"""Names of Scenic and Python that are not here, and what to write instead."""
+"""Names of Scenic and Python that do not exist here, and their replacements."""
 
 SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -179,7 +179,7 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "settrafficlightaction": ("setClosestTrafficLightStatus",),
     }
 )
-"""What people call things that have another name here; small letters, no underscores."""
+"""Common names of things that have another name here; small letters, no underscores."""
 
 MOST_CHOICES = 24
 """Names that an answer lists; of more, none would be read."""
@@ -207,7 +207,7 @@ def likely_range(param: str) -> str:
 
 
 def class_called(word: str, classes: Iterable[str]) -> str | None:
-    """The class of what people call by a word, such as `Truck` for `lorry`; None if it is no such word."""
+    """Return the class that a common word means, such as `Truck` for `lorry`; None for other words."""
     known = {name.lower(): name for name in classes}
     folded = word.lower().replace("_", "").rstrip("0123456789")
     return next((known[n.lower()] for n in (folded, *SYNONYMS.get(folded, ())) if n.lower() in known), None)

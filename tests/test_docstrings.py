@@ -16,9 +16,9 @@ NOTE_WORDS = {
     *("For", "From", "With", "Without", "By", "In", "On", "At", "To", "As", "Until", "Since", "Behind", "Beside"),
 }
 """First words of a note, the string after an assignment, that has no noun there."""
-FUNCTIONS = 265
+FUNCTIONS = 0
 """Number of functions with such a docstring."""
-NOTES = 146
+NOTES = 0
 """Number of such notes."""
 
 

@@ -1,6 +1,6 @@
-"""Check the arguments of a Python call, and read the params that a command holds fixed.
+"""Check the arguments of a Python call, and read the params that a command fixes.
 
-A wrong argument is answered by its name, what was expected, what was given, and the cure.
+The error of a wrong argument has its name, the expected and the given value, and the cure.
 """
 
 import re
@@ -82,7 +82,7 @@ def callback(name: str, value: object) -> None:
 
 
 def objectives_of(program: "Program", given: object) -> tuple[Any, ...]:
-    """Return what is sought, one or several, after checking that there is such a thing.
+    """Return one or several objectives after checking that each exists.
 
     Raises:
         ArgumentError, ArgumentKindError: an unknown name, nothing, or neither a name nor a function.
@@ -267,7 +267,7 @@ class FixedParam:
 
     name: str
     value: float | str
-    """A number in the file's own unit, or what the command line says."""
+    """Number in the file's own unit, or the text of the command line."""
     unit: str = ""
 
     @property
@@ -277,7 +277,7 @@ class FixedParam:
 
 
 def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[FixedParam, ...]:
-    """What `-p` and `--freeze` hold, in the order in which they were given."""
+    """Return the params that `-p` and `--freeze` fix, in the order given."""
     entries = param_entries(module)
     return tuple(
         _held(name, override_text(entries[name], text) if name in entries else text) for name, text in overrides.items()

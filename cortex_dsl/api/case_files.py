@@ -23,7 +23,7 @@ WORST_FOLDER, FAILURE_FOLDER = "worst", "failures"
 
 
 class Writable(Protocol):
-    """What writing a case asks of a scenario."""
+    """Interface of a scenario that writing a case uses."""
 
     @property
     def program(self) -> Program: ...
@@ -52,7 +52,7 @@ def case_files(scenario: Writable, campaign: Campaign, file: str, link: str) -> 
     """Return the cases of a search in `file` as scenarios, by paths relative to the run's folder; `link` is the last of
     the journal's chain.
     """
-    # whoever drives again decides again
+    # a driver that drives again decides anew
     undriven = scenario if scenario.config.driver is None else scenario.driven_by(None)
     cases = ((FAILURE_FOLDER, lost_cases(campaign.evaluations)), (WORST_FOLDER, campaign.worst))
     copies = map_copies(scenario.program)

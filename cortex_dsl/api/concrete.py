@@ -1,8 +1,8 @@
-"""A found case as a scenario of its own: the author's text with every random value replaced by what was drawn.
+"""A case as a scenario of its own: the author's text with every random value replaced by its sample.
 
-Numbers are written with the digits that bring back the same floating-point value, nuisance values in SI units and
-genes in the unit of the file, so that compiling the copy gives the registers of the original and a run of it the same
-outcome, bit for bit. Comments of the author stay; the layout is that of `cortexc fmt`.
+Numbers are written with the digits that restore the same floating-point value, nuisance values in SI units and genes in
+the unit of the file, so that compiling the copy gives the registers of the original and a run of it the same outcome,
+bit for bit. Comments of the author stay; the layout is that of `cortexc fmt`.
 """
 
 from collections import defaultdict
@@ -52,20 +52,20 @@ def concrete_files(
     name: str = "copy.scn",
     laid_out: bool = True,
 ) -> dict[str, str]:
-    """Return the scenario that is scene `row` and nothing else, by file name: the main text, then what it imports.
+    """Return scene `row` alone as a scenario, by file name: the main text, then its imports.
 
     Args:
-        program: what the scenes were drawn from.
+        program: program of the scenes.
         module: the syntax tree of its text.
-        scenes: the drawn scenes; `row` must be valid.
-        row: which of them.
-        config: the settings it was run with; what the file leaves open is pinned in the copy.
-        overrides: constants given on the command line (`-p`), which the copy must hold as well.
+        scenes: the sampled scenes; `row` must be valid.
+        row: index of the scene.
+        config: settings of its run; the copy fixes those that the file leaves open.
+        overrides: constants given on the command line (`-p`), which the copy must contain as well.
         remark: text put as a comment at the top.
-        imports: the file behind each import statement of the original.
-        scenario: the scenario that was asked for, if it is not the file's own choice.
-        name: of the copy; what it imports is written beside it, under names that begin with its stem.
-        laid_out: as `cortexc fmt` would; else every line of the author stays where it is.
+        imports: file of each import statement of the original.
+        scenario: name of the requested scenario, if it is not the file's own choice.
+        name: name of the copy; its imports are written next to it, under names that begin with its stem.
+        laid_out: whether the layout is that of `cortexc fmt`; else every line of the author stays in place.
     """
     source = Source(program.name, program.source_text)
     for file in program.imported:
@@ -88,7 +88,7 @@ def concrete_files(
 
 
 def _laid_out(name: str, text: str) -> str:
-    """In the one layout, so that `cortexc fmt` has nothing to do to a copy; what is drawn makes lines longer."""
+    """Return the text in the layout of `cortexc fmt`; sampled values make lines longer."""
     try:
         return format_copy(Source(name, text))
     except CompileError:
@@ -107,8 +107,10 @@ def _copied_names(source: Source, name: str) -> dict[int, str]:
 
 
 def _apply(file: FileText, edits: Sequence[Edit]) -> str:
-    """All edits of a file at once; one inside another is dropped, since the outer one replaces its text anyway. What is
-    put between two characters comes before what begins there.
+    """Apply all edits of a file at once.
+
+    An edit inside another one is dropped, since the outer one replaces its text anyway. An insertion between two
+    characters precedes an edit that begins there.
     """
     result, position, text = [], 0, file.text
     for edit in sorted(edits, key=lambda edit: (edit.span.start, edit.span.end > edit.span.start, -edit.span.end)):
@@ -151,7 +153,7 @@ def _mutation_edits(modules: Sequence[nodes.Module], source: Source) -> Iterator
 
 
 def _map_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Edit]:
-    """The file of a map lies beside the copy."""
+    """Yield edits so that the map file next to the copy is used."""
     spec = program.road_spec
     if not isinstance(spec, MapFile):
         return
@@ -174,7 +176,7 @@ def _road_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[E
 
 
 def map_copies(program: Program) -> dict[str, bytes]:
-    """What has to lie beside a concrete file: the file of its map, as it was read."""
+    """Return the files that a concrete file needs next to it: its map file, as it was read."""
     spec = program.road_spec
     return {map_name(spec): Path(spec.path).read_bytes()} if isinstance(spec, MapFile) else {}
 
@@ -232,7 +234,7 @@ def _variant_edits(program: Program, scenes: Scenes, row: int, source: Source) -
 
 
 def _comma(source: Source, span: Span) -> str:
-    """What separates a specifier put behind a class name from those that follow it."""
+    """Return the separator after a specifier that is inserted after a class name."""
     rest = source.whole[span.end :].lstrip(" ")
     return "" if not rest or rest[0] in "\r\n#,)]}" else ","
 
@@ -258,9 +260,9 @@ def _site_text(site: DrawSite, drawn: Sequence[Sequence[float]]) -> str:
 def _simulation_edit(
     config: SimulationConfig, key: StreamKey, module: nodes.Module, source: Source, scenario: str | None
 ) -> Edit:
-    """The `simulation(...)` statement: what the file leaves to the command line is pinned.
+    """Return the edit of the `simulation(...)` statement, which fixes settings that the file leaves open.
 
-    The stream is pinned too: coins of soft requirements and random numbers inside behaviours come from it.
+    The stream is fixed too: samples of soft requirements and random numbers inside behaviours come from it.
     """
     settings = [f"time_step={config.time_step!r} s", f"max_attempts={config.max_attempts}"]
     if not any(isinstance(statement, nodes.TerminateAfter) for statement in module.statements):

@@ -1,9 +1,9 @@
 """Files that follow from a journal or from a study: tables, summary, guide and cases.
 
-They are a pure function of the journal, whose last link they carry. So a run whose files were lost, changed, or written
-before an interruption gets the right ones again, and `cortexc verify` can compare them. Other files of a folder take
-minutes to compute, or depend on options: a page and the answers of `probability` and `verify --model dynamic`. They
-contain a checksum of themselves and the link of their journal (`engine.checksums`).
+They are a pure function of the journal, and contain its last link. So a run with files that were lost, changed, or
+written before an interruption gets the right ones again, and `cortexc verify` can compare them. Other files of a folder
+take minutes to compute, or depend on options: a page and the answers of `probability` and `verify --model dynamic`.
+They contain a checksum of themselves and the link of their journal (`engine.checksums`).
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -34,7 +34,7 @@ WITH_CHECKSUM: Mapping[str, str] = {
 
 
 class Difference(StrEnum):
-    """How a file differs from the one that belongs in its place."""
+    """Difference between a file and the correct one."""
 
     CHANGED = "is changed"
     MISSING = "is missing"
@@ -65,8 +65,9 @@ def differing(folder: Path, files: Mapping[str, bytes]) -> dict[str, Difference]
 
 
 def checked_checksums(folder: Path, links: Sequence[str]) -> dict[str, Difference | None]:
-    """Return how each file that contains a checksum differs, None for not at all; `links` are those of the journal, of
-    all its states, the last one at the end.
+    """Return how each file that contains a checksum differs, None if it does not.
+
+    `links` are those of the journal in all its states, the last one at the end.
 
     Raises:
         StoreError: a file cannot be read.

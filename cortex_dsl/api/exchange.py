@@ -41,26 +41,26 @@ def export(
     after_contact: str | None = None,
     force: bool = False,
 ) -> list[Path]:
-    """Write a case for other tools; return the paths of all its files, the one to open first before the others.
+    """Write a case for other tools; return the paths of all its files, first the file to open.
 
     Args:
         what: an opened run, or a scenario.
         formats: one or more of xosc, xodr, commonroad, scenic, csv, parquet, mcap, scn.
         out: folder of the files, made if it is not there.
         case: number of a case of a run; None: 1, the worst.
-        top: write the worst cases of a run, this many, instead of one.
-        seed: of a scenario, the seed of its scene; None: 0, or the stream that a concrete file names.
+        top: number of worst cases of a run to write, instead of one case.
+        seed: for a scenario, the seed of its scene; None: 0, or the stream that a concrete file names.
         osc: version of an xosc, 1.0 to 1.3; None: 1.2.
-        mode: how an xosc is written: `trajectory` (None) replays the case exactly, `maneuver` says it in speeds, routes
+        mode: form of an xosc: `trajectory` (None) replays the case exactly, `maneuver` describes it by speeds, routes
             and triggers.
-        player: `carla`: an xosc that CARLA's ScenarioRunner replays exactly, with the controller that does so.
-        after_contact: what a replay shows after contact: `through` (None, of an xosc), `stop` or `physics` (None, of
+        player: `carla`: an xosc that CARLA's ScenarioRunner replays exactly, with the controller for it.
+        after_contact: content of a replay after contact: `through` (None, of an xosc), `stop` or `physics` (None, of
             recordings).
-        force: write over files that hold something else.
+        force: write over files with other contents.
 
     Raises:
-        ArgumentKindError, ArgumentError: no such format or case, an option that means nothing here (`seed` of a run,
-            `case` of a scenario, `osc` without xosc), a scene that is not valid, or a file in the way.
+        ArgumentKindError, ArgumentError: no such format or case, an option without effect here (`seed` of a run, `case`
+            of a scenario, `osc` without xosc), a scene that is not valid, or a file in the way.
         MissingExtraError: a format needs a package that is not installed.
         InterchangeError: a format cannot carry the case.
         StoreError: the files cannot be written; none of them is.
@@ -101,18 +101,20 @@ def measure(
     window: tuple[float, float] | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> "Measured":
-    """Judge a recording, from any driver, by the kernels that judge our runs: `.outcomes` and `.risk` (one row each),
-    `.metrics` (name, value, unit) and the `.trajectory` on whole steps.
+    """Assess a recording, from any driver, by the kernels that assess our runs.
+
+    The result has `.outcomes` and `.risk` (one row each), `.metrics` (name, value, unit) and the `.trajectory` on whole
+    steps.
 
     Args:
         file: a table of trajectories (`.csv`, `.parquet`), a log of a simulator, or an OpenSCENARIO file (`.xosc`)
             whose actors follow timed polylines.
-        ego: name of the actor that is judged; None: the one called ego, or else the first.
+        ego: name of the assessed actor; None: the one called ego, or else the first.
         step: time step of the metrics [s]; None: that of the file.
-        profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
-        rate: samples a second, where a table counts frames and nothing else says it.
-        window: a part of it, from and to so many seconds after its first row; None: all of it.
-        columns: columns of a table by what they are, as in `{"time [ms]": "zeit"}`, where their own names do not tell.
+        profile: set of risk bands, `paper`, `paper-mm` or `literature`.
+        rate: samples a second, if a table counts frames without a rate.
+        window: begin and end of a part of it [s after its first row]; None: all of it.
+        columns: names of columns by their meaning, as in `{"time [ms]": "zeit"}`, if their names do not show it.
 
     Raises:
         ArgumentError: a file of another kind, no such profile, or times that are no window.
@@ -135,7 +137,7 @@ def read_recording(
     window: tuple[float, float] | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> "Imported":
-    """Return what `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
+    """Return the input of `measure`: the recording of a file, its road if it has one, and unsupported contents.
 
     Raises:
         ArgumentError, InterchangeError: as `measure`.
@@ -149,7 +151,7 @@ def read_recording(
 
 
 def _columns(columns: object) -> Mapping[str, str]:
-    """Names of columns by what they are."""
+    """Return the names of columns by their meaning."""
     cure = 'name columns by what they are, as in {"time": "zeit"}'
     arguments.kind("columns", columns, (Mapping, NoneType), cure)
     found = {} if columns is None else dict(cast("Mapping[object, object]", columns))
@@ -191,14 +193,14 @@ def measure_all(
     rate: float | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> "RankedWindows":
-    """Judge every pair of a recording while its centres are near one another; the worst window is the first row.
+    """Assess every pair of a recording while its centres are near one another; the worst window is the first row.
 
     Args:
         file: a recording of any kind that `measure` reads.
-        near: how near two come to be judged [m]; None: 50.
+        near: distance below which a pair is assessed [m]; None: 50.
         step: time step of the metrics [s]; None: that of the file.
-        profile: where the bands of the risk end.
-        rate: samples a second, where a table counts frames and nothing else says it.
+        profile: set of risk bands.
+        rate: samples a second, if a table counts frames without a rate.
         columns: as in `measure`.
 
     Raises:

@@ -17,8 +17,9 @@ from engine.program import Settings
 
 
 def load(path: str | Path, config: Config | None = None, scenario: str | None = None, **params: object) -> Scenario:
-    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`; `scenario`
-    names the one to run where the file has several.
+    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`.
+
+    `scenario` is the name of the scenario to run if the file has several.
 
     Raises:
         CompileError: with every mistake in the file.
@@ -41,7 +42,7 @@ def compile_text(
     folder: str | Path | None = None,
     **params: object,
 ) -> Scenario:
-    """Compile a scenario given as text; `name` is what messages call it, `folder` is where its imports lie.
+    """Compile a scenario given as text; `name` is its name in messages, `folder` the folder of its imports.
 
     Raises:
         CompileError: with every mistake in the text.

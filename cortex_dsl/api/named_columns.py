@@ -1,7 +1,7 @@
-"""Scenes, outcomes and runs as named columns of a table, for pandas and for people.
+"""Scenes, outcomes and runs as named columns of a table, for pandas and for readers.
 
-A name ends in its unit, if it has one: `ego.speed [m/s]`. Values are those of the arrays: SI units, and of params the
-file's own, options by their value; what an invalid scene does not have is NaN.
+A name ends in its unit, if it has one: `ego.speed [m/s]`. Values are those of the arrays: SI units, for params the unit
+of the file, options by their value; missing values of an invalid scene are NaN.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -49,7 +49,7 @@ START_UNITS: Mapping[Column, str] = {
     Column.DRAG: "m/s^2",
 }
 START_NAMES: Mapping[Column, str] = {Column.FRICTION: "grip"}
-"""Names other than the column's: what tyres and weather come to is not `ego.friction`, which is that of the tyres."""
+"""Names other than the column's: grip, the effect of tyres and weather, is not `ego.friction` of the tyres alone."""
 STATE_UNITS: Mapping[State, str] = {
     State.X: "m",
     State.Y: "m",
@@ -91,7 +91,7 @@ def _scenes(program: Program, scenes: "Scenes") -> "Named":
 
 
 def _values(options: "Sequence[str]", genes: "NDArray") -> "NDArray":
-    """Return the values of a param: of one that is chosen among options these, as numbers where all of them are."""
+    """Return the values of a param; for a choice, its options, as numbers if all options are numbers."""
     if not options:
         return genes
     chosen = np.array(options)[genes.astype(int)]

@@ -1,4 +1,4 @@
-"""A second opinion on the worst cases of a run, by a better model of the car; kept beside its journal for its report.
+"""A second opinion on the worst cases of a run, by a better model of the car; stored next to the journal.
 
 `cx.verify("runs/left_turn-ga-001", cases=10)` gives one answer for each of the ten worst.
 """
@@ -74,7 +74,7 @@ def verify(
 
 
 def keep(run: OpenedRun, content: Mapping[str, Any]) -> Path:
-    """Write answers, as a document has them, beside the journal; the file, whole or not at all.
+    """Write answers, in the form of a document, next to the journal; return the file, which is whole or absent.
 
     Raises:
         StoreError: it cannot be written.
@@ -87,8 +87,9 @@ def keep(run: OpenedRun, content: Mapping[str, Any]) -> Path:
 
 
 def kept(run: OpenedRun) -> dict[str, str]:
-    """Return the answers kept beside the journal, by the keys of their cases; those on another program, and files that
-    were changed, are passed over.
+    """Return the answers that are stored next to the journal, by the keys of their cases.
+
+    Answers for another program, and changed files, are ignored.
     """
     try:
         file = (run.folder / VERIFICATION).read_bytes()

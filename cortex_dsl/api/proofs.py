@@ -1,4 +1,4 @@
-"""Is a run what its search wrote, and does it come to the same again?
+"""Check whether a run is the output of its search, and whether its simulations are reproducible.
 
 `cx.prove("runs/left_turn-ga-001")` reads the whole journal, which checks its chain (`engine.search.chain`), and runs a
 sample of its simulations again.
@@ -32,25 +32,25 @@ SAMPLE = 200
 
 @dataclass(frozen=True)
 class Proof:
-    """What is known of a journal that can be read."""
+    """Facts about a readable journal."""
 
     proved: bool
     """Whether its chain holds; a journal from before there were chains has none."""
     generations: int
     simulations: int
-    """Distinct ones."""
+    """Number of distinct simulations."""
     again: int
     """How many of them were run again."""
     differ: tuple[str, ...]
     """Those that come to something else, such as `generation 3, place 7, rollout 0`."""
     files: int
-    """Files beside the journal that were compared with it."""
+    """Number of files next to the journal that were compared with it."""
     changed: tuple[str, ...]
     """Those of them that do not follow from it."""
     reasons: tuple[str, ...]
     """Why they may, without the journal being damaged: other versions, or a driver that does not repeat itself."""
     remarks: tuple[str, ...]
-    """What was left out."""
+    """Remarks on omitted parts."""
 
     def __repr__(self) -> str:
         """One line, for notebooks."""
@@ -58,7 +58,7 @@ class Proof:
 
     @property
     def text(self) -> str:
-        """What running again showed."""
+        """Return the result of the repeated simulations."""
         if not self.again:
             return "nothing was run again"
         same = self.again - len(self.differ)
@@ -76,11 +76,11 @@ class Proof:
 
 
 def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None = None) -> Proof:
-    """Check the chain of a run's journal, and run so many of its simulations again.
+    """Check the chain of a run's journal, and run `sample` of its simulations again.
 
     Raises:
-        StoreError: there is no readable run, its journal is damaged, or one of its simulations comes to something else
-            though nothing is known that may be the reason.
+        StoreError: there is no readable run, its journal is damaged, or one of its simulations has another result
+            without a known reason.
     """
     arguments.kind("run", run, (OpenedRun, str, Path), "name the folder of a run, or open it")
     opened = run if isinstance(run, OpenedRun) else open_run(run)
@@ -123,23 +123,23 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
 
 @dataclass(frozen=True)
 class StudyProof:
-    """What is known of a study that can be read."""
+    """Facts about a readable study."""
 
     proved: bool
     """Whether its seal holds; a study from before there were seals has none."""
     runs: int
     evaluations: int
     files: int
-    """Files beside the study that were compared with it."""
+    """Number of files next to the study that were compared with it."""
     remarks: tuple[str, ...]
-    """What was left out."""
+    """Remarks on omitted parts."""
 
 
 def prove_study(folder: Path) -> StudyProof:
-    """Check the seal of a study, the digest of each run's evaluations, and the files beside it.
+    """Check the seal of a study, the digest of each run's evaluations, and the files next to it.
 
     Raises:
-        StoreError: there is no readable study, it is damaged, or a file beside it does not follow from it.
+        StoreError: there is no readable study, it is damaged, or a file next to it does not follow from it.
     """
     study = read_study(folder)
     evaluations = sum(len(read_evaluations(study, record.address)) for record in study.records)
@@ -154,7 +154,7 @@ def _differences(files: Mapping[str, Difference | None]) -> dict[str, Difference
 
 
 def _is_of_driver(run: OpenedRun, config: Config, done: Repeated) -> bool:
-    """Whether simulations may differ because their driver does: with what it decided, where that is kept, none does."""
+    """Return whether the driver explains all differences: recorded decisions, where stored, give equal simulations."""
     driver, manifest, evaluations = config.driver, run.record.manifest, run.record.evaluations
     if driver is None or not driver.can_drive_new_scenes:
         return False
@@ -175,8 +175,9 @@ def _name(evaluations: Evaluations, individual: int, rollout: int) -> str:
 
 
 def _driven_again(run: OpenedRun) -> tuple[Bools, tuple[str, ...]]:
-    """(n, k) simulations that can be run again, and what is to say of others: without the controller that drove, those
-    alone whose decisions are kept.
+    """Return (n, k) simulations that can be run again, and remarks on the others.
+
+    Without the controller of the run, only those with recorded decisions can be run again.
     """
     evaluations, driver = run.record.evaluations, run.scenario.config.driver
     keys, genomes = evaluations.keys, evaluations.genomes
@@ -192,7 +193,7 @@ def _driven_again(run: OpenedRun) -> tuple[Bools, tuple[str, ...]]:
 
 
 def _reasons(run: OpenedRun) -> tuple[str, ...]:
-    """Why simulations may come to something else, though the journal is what was written."""
+    """Return reasons why simulations may have another result although the journal is intact."""
     manifest = run.record.manifest
     changed = changed_versions(manifest)
     reasons = [f"the run was made with {', '.join(changed)}"] if changed else []

@@ -1,4 +1,4 @@
-"""Files beside the journal of a run, or beside a study: compared with it, and written again (`derived_files`)."""
+"""Files next to the journal of a run, or next to a study: compared with it, and restored (`derived_files`)."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -89,8 +89,9 @@ def restore_study(folder: Path) -> tuple[Study, Findings, Collection[str]]:
 
 
 def restore(run: OpenedRun) -> Collection[str]:
-    """Write the files of a run again where they are not those that follow from its journal; return their names. A run
-    whose analysis was interrupted is analysed now.
+    """Restore the files of a run that do not follow from its journal; return their names.
+
+    A run with an interrupted analysis is analysed now.
 
     Raises:
         StoreError: a file cannot be written, or another process writes the run.
@@ -112,7 +113,7 @@ def restore(run: OpenedRun) -> Collection[str]:
 
 
 def _is_written(run: OpenedRun) -> bool:
-    """Whether the files of a run are there, written by a version with a chain."""
+    """Return whether a run has ended, with files of a version that has a chain."""
     return run.record.proved and run.record.status in (FINISHED, STOPPED, INTERRUPTED)
 
 
@@ -126,6 +127,6 @@ def _files_of(run: OpenedRun, campaign: Campaign) -> tuple[dict[str, bytes], str
 
 
 def _only_repeats(run: OpenedRun) -> bool:
-    """Whether what drives is known by its recorded decisions alone, and cannot drive the scenes that probe genes."""
+    """Return whether only recorded decisions drive, so that the scenes that probe genes cannot be driven."""
     driver = run.scenario.config.driver
     return driver is not None and not driver.can_drive_new_scenes

@@ -44,17 +44,18 @@ def resume(
     objective: ObjectiveSpec | Sequence[ObjectiveSpec] | None = None,
     ego: object = None,
 ) -> SearchResult:
-    """Continue a run that was stopped or killed, to the journal that an undisturbed one would have written.
+    """Continue a run that was stopped or killed, to the journal that an undisturbed run would have.
 
-    `objective`: what the run looks for, which is known but for functions: these must be given again, by the same name.
+    `objective`: the objective of the run, which is known except for functions: these must be given again, under the
+    same name.
 
-    `ego`: who drove in it, who must be named again where one did.
+    `ego`: the driver of the run, which must be named again.
 
-    `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
-    written, and nothing simulated but the probes of its genes.
+    `generations`: total number, more or fewer than at the start of the run. For a finished run nothing is written, and
+    only the probes of its genes are simulated.
 
     Raises:
-        StoreError: there is no run to go on with, this version would go on otherwise, or another process is at it.
+        StoreError: there is no run to continue, this version would continue differently, or another process writes it.
         and as `search_and_keep`.
     """
     generations = None if generations is None else whole("generations", generations, 0)
@@ -66,16 +67,16 @@ def resume(
 
 @dataclass(frozen=True)
 class RemainingWork:
-    """What is left to do of a run. Without a journal: nothing, it is finished."""
+    """Remaining work of a run. Without a journal: none, it is finished."""
 
     run: OpenedRun
     manifest: Manifest
-    """Of the run as it is to end."""
+    """Manifest of the run at its end."""
     journal: Journal | None = None
     record: Record | None = None
-    """What the journal holds."""
+    """Contents of the journal."""
     objective: tuple[ObjectiveSpec, ...] = ()
-    """What the run looks for."""
+    """Objectives of the run."""
 
     def carry_out(
         self,
@@ -104,10 +105,10 @@ class RemainingWork:
 def reopened(
     run: OpenedRun, generations: int | None = None, objective: ObjectiveSpec | Sequence[ObjectiveSpec] | None = None
 ) -> Iterator[RemainingWork]:
-    """Hold an open run for as long as the block goes on with it, once nothing stands against that.
+    """Lock an unfinished run while the block continues it, if nothing prevents that.
 
     Raises:
-        StoreError: it looks for something else, cannot be made so long, its driver is not named, another process is at
+        StoreError: it has another objective, cannot have this length, its driver is not named, another process writes
             it, or its folder cannot be written.
     """
     longer = _with_generations(run, generations)
@@ -124,7 +125,7 @@ def reopened(
 
 
 def _insist_on_driver(run: OpenedRun) -> None:
-    """Refuse to go on where only kept decisions drive, before anything is done."""
+    """Refuse early to continue a run if only recorded decisions drive."""
     driver = run.scenario.config.driver
     if driver is not None and not driver.can_drive_new_scenes:
         raise StoreError(

@@ -1,10 +1,10 @@
-"""A run folder: the journal, tables and worst cases that a search leaves, written while it goes on.
+"""A run folder: the journal, tables and worst cases of a search, written while it runs.
 
     >>> found = search_and_keep(scenario, "niching", new_directory(Path("runs/mine")))
     >>> found.campaign.distinct_collisions, found.worst_files[0]
 
-`finished` stands in a journal only once everything beside it is in place: whatever ends a process earlier,
-`cortex_dsl.api.resuming.resume` does the rest.
+A journal is marked `finished` only after all files next to it are complete: if a process ends earlier,
+`cortex_dsl.api.resuming.resume` does the remaining work.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -48,13 +48,13 @@ if TYPE_CHECKING:
     from engine.driving.decisions import Recorder
 
 OnRemoved = Callable[[RemovedError], None]
-"""Called as soon as a run's folder is found to be gone; the search goes on in memory."""
+"""Callback for the removal of a run's folder; the search continues in memory."""
 FAILURES = "controller.log"
-"""File of a run in which stands where a controller failed."""
+"""File of a run with the failures of a controller."""
 
 
 class Searchable(Writable, Protocol):
-    """What a search asks of a scenario: what to run, by which settings, and how to write a case as a file."""
+    """Interface of a scenario for a search: the program, the settings, and writing a case as a file."""
 
     @property
     def compiled(self) -> Compiled: ...
@@ -80,7 +80,7 @@ class SearchResult:
 
 @dataclass(frozen=True)
 class SearchJob:
-    """One search and where it is kept."""
+    """One search and its storage."""
 
     scenario: Searchable
     folder: Path
@@ -89,7 +89,7 @@ class SearchJob:
     on_removed: OnRemoved | None
     workers: Workers
     objective: Sequence[ObjectiveSpec] = ()
-    """What is sought; none: what the manifest names."""
+    """Objectives; (): those of the manifest."""
 
 
 def search_and_keep(
@@ -104,13 +104,13 @@ def search_and_keep(
     workers: Workers | None = None,
     objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
 ) -> SearchResult:
-    """Search a scenario by its own settings, and keep everything in an empty folder.
+    """Search a scenario by its own settings, and store everything in an empty folder.
 
     Raises:
         StoreError: the folder cannot be written, or another process writes it.
         UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
         UnknownObjectiveError: there is no such objective.
-        ObjectiveError: a function as objective failed; what was found before is kept.
+        ObjectiveError: a function as objective failed; earlier results are stored.
         WorkersLostError: no worker process is left to run simulations.
     """
     method, source = canonical(method), scenario.compiled.source
@@ -142,10 +142,10 @@ def _is_reproducible(scenario: Searchable) -> bool:
 def same_objective(
     folder: Path, program: Program, manifest: Manifest, given: Sequence[ObjectiveSpec] | None = None
 ) -> tuple[ObjectiveSpec, ...]:
-    """What a run looks for, to go on with it.
+    """Return the objectives of a run that is to be resumed.
 
     Raises:
-        StoreError: another objective is given, or a function that the run names is not.
+        StoreError: another objective is given, or the run needs a Python function that is not given.
     """
     named = manifest.objective
     aims = named if given is None else tuple(given)
@@ -217,7 +217,7 @@ def _note_failures(path: Path, recorder: "Recorder | None") -> None:
 
 
 def _recorded(work: SearchJob, record: Record | None) -> "tuple[SearchJob, Recorder | None]":
-    """The work with somebody who notes what a controller decides, where one drives."""
+    """Return the work with a recorder of a controller's decisions, if one drives."""
     driver = work.scenario.config.driver
     if driver is None:
         return work, None
@@ -282,12 +282,12 @@ class KeptFiles:
     def identity(self, name: str) -> str:
         return name
 
-    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which a journal has right
+    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - for cures of spelling; a journal has none
         return []
 
 
 def origin_of(scenario: Searchable) -> Origin:
-    """Return what a manifest keeps of a scenario beside its main text."""
+    """Return the part of a manifest on the origin of a scenario, except its main text."""
     compiled = scenario.compiled
     imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
     links = (*_links(compiled), *_map_links(compiled))
@@ -295,7 +295,7 @@ def origin_of(scenario: Searchable) -> Origin:
 
 
 def _map_links(compiled: Compiled) -> Iterator[Link]:
-    """Where the file of the map was, and what it held."""
+    """Yield the path of the map file and the digest of its contents."""
     spec = compiled.program.road_spec
     if isinstance(spec, MapFile):
         yield Link(compiled.source.name, spec.file, spec.path)
@@ -303,7 +303,7 @@ def _map_links(compiled: Compiled) -> Iterator[Link]:
 
 
 def _links(compiled: Compiled) -> Iterator[Link]:
-    """The file behind each import statement, of the main file and of all others."""
+    """Yield the file of each import statement, of the main file and of all others."""
     modules: dict[str, nodes.Module] = {compiled.source.name: compiled.module}
     modules |= {file.name: file.module for file in compiled.imports.values()}
     for importer, module in modules.items():
@@ -317,7 +317,7 @@ def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
 
 
 def check_map(folder: Path, manifest: Manifest) -> None:
-    """Refuse to go on on another road.
+    """Refuse to continue a run on another road.
 
     Raises:
         StoreError: the file of the map is gone, or holds something else.

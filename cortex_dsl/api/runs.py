@@ -55,9 +55,9 @@ class OpenedRun:
     folder: Path
     record: Record
     scenario: Scenario
-    """With the settings of the run."""
+    """Scenario with the settings of the run."""
     edited: tuple[str, ...]
-    """Files that say something else now; the run goes by what they said when it was started."""
+    """Files that have changed since the start of the run, which uses their contents at that time."""
 
     def __repr__(self) -> str:
         """One line, for notebooks."""
@@ -72,16 +72,16 @@ class OpenedRun:
 
     @cached_property
     def blame(self) -> Ints:
-        """(n, k) what the reference driver says of each collision; see `engine.search.insight.kinds`."""
+        """Return the answers (n, k) of the reference driver for each collision; see `engine.search.insight.kinds`."""
         from engine.search.evaluator import make_blaming
 
         return blamed(self.record.evaluations, make_blaming(self.scenario.program, self.scenario.config))
 
     def scene(self, case: Case) -> "Scenes":
-        """Return the scene of one of its cases, drawn again.
+        """Return the scene of one of its cases, sampled again.
 
         Raises:
-            StoreError: by the settings and the seed of the journal there is no such scene, or a controller failed over
+            StoreError: there is no such scene under the settings and the seed of the journal, or a controller failed in
                 it.
         """
         if case.lost:
@@ -135,11 +135,11 @@ def search(
 def open_run(folder: str | Path, ego: object = None) -> OpenedRun:
     """Read a run directory and compile its scenario.
 
-    `ego`: who drove for the controllers of the file, as for `Scenario.driven_by`. Without it only those scenes can be
-    driven again whose decisions the journal keeps: collisions and the worst cases.
+    `ego`: the driver for the controllers of the file, as for `Scenario.driven_by`. Without it, only scenes with
+    recorded decisions can be driven again: collisions and the worst cases.
 
     Raises:
-        StoreError: there is no readable journal, or this version of cortexc compiles the scenario to something else.
+        StoreError: there is no readable journal, or this version of cortexc compiles the scenario differently.
     """
     folder = _run_folder(path_of("folder", folder, "name the folder of a run"))
     record = read_journal(folder / JOURNAL)
@@ -152,8 +152,10 @@ def open_run(folder: str | Path, ego: object = None) -> OpenedRun:
 
 
 def check_journal(run: OpenedRun) -> None:
-    """Check that a journal follows from its own beginning: a new searcher, given the results one generation after the
-    other, must propose every individual of it, by the same operator and from the same parents. Nothing is simulated.
+    """Check that a journal follows from its own beginning.
+
+    A new searcher, given the results one generation after the other, must propose every individual of it, by the same
+    operator and from the same parents. Nothing is simulated.
 
     Raises:
         ForeignPastError: it does not.
@@ -233,7 +235,7 @@ def _text_of(name: str) -> str | None:
 
 
 def every_case(run: OpenedRun) -> tuple[Case, ...]:
-    """Return every genome with a valid simulation, or, where these are sought, with one over which a controller failed.
+    """Return every genome with a valid simulation or, if the search looked for these, with a failure of a controller.
 
     Number 7 is `worst/07.scn`; from 11 on all others, worst first.
     """

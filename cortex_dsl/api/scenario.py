@@ -74,7 +74,7 @@ class Scenario:
 
     @property
     def program(self) -> Program:
-        """What the simulators run: params, actors, rules and requirements by name, and the compiled tables."""
+        """Return the input of the simulators: params, actors, rules, requirements by name, and the compiled tables."""
         return self.compiled.program
 
     def sample(self, count: int = 1, seed: int = 0, genome: "ArrayLike | None" = None, jobs: int = 1) -> "Scenes":
@@ -95,7 +95,7 @@ class Scenario:
         return self._drawn(draw_genomes(self.program.space, keys) if given is None else given, keys, jobs)
 
     def _drawn(self, genomes: "Floats", keys: "Ints", jobs: int = 1) -> "Scenes":
-        """Draw scenes, and let whom the config names drive in them."""
+        """Sample scenes, with the driver that the config names."""
         from engine.sampling import sample
 
         scenes = sample(self.program, genomes, keys, self.config.simulation, jobs)
@@ -106,16 +106,17 @@ class Scenario:
         return driven(self.program, scenes, self.config, jobs)
 
     def driven_by(self, ego: object, block: int = 256, observe: str = RECORDS) -> "Scenario":
-        """Return the scenario with a driver for whom it leaves to a controller (`ExternalBehavior`): its scenes come
-        driven, and whatever runs or searches them goes by that.
+        """Return the scenario with a driver for its controllers (`ExternalBehavior`).
+
+        Every run and search of the result uses the driver.
 
         `ego`: a function of observations (n, d) to actions (n, a), an object with `reset(lanes, keys)` and
         `act(observations, active)`, `"python:package.module:function"`, or a mapping from the names of controllers to
-        these. `block`: scenes that it is asked about at once, and `observe`, `records` of the file, where it has any,
-        or `egocentric`: both are part of what decides a result.
+        these. `block`: scenes in one query, and `observe`, `records` of the file, if it has any, or `egocentric`: both
+        influence the results.
 
         Raises:
-            ControllerError: nobody here is left to a controller, there is none of such a name, or it cannot be asked.
+            ControllerError: no actor here has a controller, there is none of such a name, or it cannot be queried.
         """
         from engine.driving.named import driver_for
 
@@ -132,13 +133,15 @@ class Scenario:
         observe: str = RECORDS,
         jobs: int = 1,
     ) -> "Environment":
-        """Return `n` scenes side by side, in which somebody outside drives step by step: `reset(seed)` and
-        `step(actions)` on arrays. A lane that has ended begins its next episode with the next step.
+        """Return `n` parallel scenes that an external program drives step by step.
 
-        `controller`: whose place that is, the ego's where it is left out; `others` drive for the other controllers,
-        those of `driven_by` where it is left out. `reward`: an objective; what it comes to at the end of a run counts
-        against the ego and for all others. A file with `record … as "reward"` decides itself. `observe`: `records` of
-        the file, or `egocentric`.
+        They have `reset(seed)` and `step(actions)` on arrays. A lane that has ended begins its next episode with the
+        next step.
+
+        `controller`: name of the controller to replace, by default the ego's; `others` drive for the other controllers,
+        by default those of `driven_by`. `reward`: an objective; its value at the end of a run counts against the ego
+        and for all others. A file with `record … as "reward"` takes precedence. `observe`: `records` of the file, or
+        `egocentric`.
         """
         from engine.driving.beside import others_of
         from engine.driving.environment import Environment, Episodes
@@ -160,8 +163,8 @@ class Scenario:
     def attempts(self, seed: int | None = None) -> "Iterator[Scenes]":
         """Yield scenes, each of a genome of its own; the last one is the scene of the seed, if it is valid.
 
-        One scene only where it is proved that no scene is valid. Without a seed: of the stream that a concrete file
-        names, or else of seed 0.
+        A single scene if it is proved that no scene is valid. Without a seed, the stream is that of a concrete file, or
+        else that of seed 0.
         """
         from engine.feasibility import explain
         from engine.sampling import draw_genomes
@@ -211,9 +214,9 @@ class Scenario:
         return world.simulate(self.program, scenes, self.config, jobs)
 
     def watch(self, scenes: "Scenes", row: int = 0) -> "WorldRun":
-        """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time.
+        """Run one scene in the pymunk world, through contact and its aftermath, and return its states over time.
 
-        `.records` of what comes back holds what the file asks to be recorded, up to contact or the end.
+        `.records` of the result holds the records of the file, up to contact or the end.
         """
         from engine import world
 
@@ -243,20 +246,22 @@ class Scenario:
         ego: object = None,
         **settings: Any,
     ) -> "Campaign":
-        """Search for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`,
-        `random`, `niching`, `cmaes`; `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
+        """Search for the worst cases by `method`.
 
-        `objective` names what is sought (`engine.search.objectives`, or one of the file), or is a function from
-        `Outcomes` to one number a scene, the larger the better; `nsga2` and `map_elites` take several. Settings are
-        fields of `engine.config.SearchConfig`. `on_generation` is called with a `Progress` after each generation;
-        `workers` run the simulations (see `engine.search.workers`; processes need a main module that can be imported).
-        `out` is a new folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it.
-        `ego` drives, as for `driven_by`.
+        `method` is a name of `engine.search.searchers.known_searchers()` such as `ga`, `random`, `niching`, `cmaes`;
+        `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
+
+        `objective` is a name (`engine.search.objectives`, or one of the file), or a function from `Outcomes` to one
+        number a scene, the larger the better; `nsga2` and `map_elites` take several. Settings are fields of
+        `engine.config.SearchConfig`. `on_generation` is called with a `Progress` after each generation; `workers` run
+        the simulations (see `engine.search.workers`; processes need a main module that can be imported). `out` is a new
+        folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it. `ego` drives, as
+        for `driven_by`.
 
         Raises:
             ArgumentKindError: there is no such setting, or it is no number.
-            UnknownMethodError, ArgumentError: an unknown method, preset, profile, aggregate or engine, or a number that
-                cannot be.
+            UnknownMethodError, ArgumentError: an unknown method, preset, profile, aggregate or engine, or an impossible
+                number.
             MissingExtraError, PluginError: the method cannot be used here.
         """
         from engine.search.run import search
@@ -304,7 +309,7 @@ class Scenario:
         return arguments.scenes_of(self.program, scenes)
 
     def show(self, thing: "Scenes | Case | Campaign", row: int = 0) -> "Picture | Shown":
-        """Show in a notebook: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
+        """Show in a notebook: a scene as a picture, a case as a page with a replay, a campaign as a table."""
         from cortex_dsl.report.page import notebook
 
         return notebook.show(self, thing, row)
@@ -321,8 +326,9 @@ class Scenario:
         return str(notebook.scenario_table(self))
 
     def concrete(self, scenes: "Scenes", row: int = 0, remark: str = "") -> str:
-        """Return one scene as a scenario of its own, which runs to the same outcome bit for bit. See `concrete_files`
-        for one with imports.
+        """Return one scene as a scenario of its own, which runs to the same outcome bit for bit.
+
+        `concrete_files` does so for a scenario with imports.
         """
         return next(iter(self.concrete_files(scenes, row, remark).values()))
 

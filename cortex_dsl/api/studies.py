@@ -1,10 +1,10 @@
-"""Studies in Python: every scenario by every method many times, kept in a folder or not, and compared run by run.
+"""Studies in Python: every scenario by every method many times, with or without a folder, and compared run by run.
 
     >>> import cortex_dsl as cx
     >>> done = cx.study("examples", ["random", "ga"], runs=5, generations=4, population=20, out="runs/mine")
     >>> done.findings.verdict
 
-`cortexc study` begins, carries out and goes on with one by the same functions.
+`cortexc study` begins, carries out and continues a study by the same functions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -46,16 +46,16 @@ class Studied:
     records: tuple[RunRecord, ...]
     """Records of the finished runs, in the order of the plan."""
     folder: Path | None = None
-    """Folder that keeps every evaluation; None: they are not kept."""
+    """Folder with every evaluation; None: evaluations are not stored."""
 
     @property
     def complete(self) -> bool:
-        """Whether every run of the plan is finished; Ctrl-C ends a study earlier."""
+        """Return whether every run of the plan is finished; Ctrl-C ends a study earlier."""
         return len(self.records) == sum(1 for _ in self.plan.addresses())
 
     @cached_property
     def findings(self) -> Findings:
-        """Return comparisons run by run, rates of collision of random search, and what may be claimed."""
+        """Return comparisons run by run, rates of collision of random search, and permitted claims."""
         return findings(self.plan, self.records)
 
     def __repr__(self) -> str:
@@ -86,23 +86,23 @@ def study(
     """Search every scenario by every method `runs` times, and compare the methods run by run.
 
     Args:
-        files: scenarios, by path or loaded; of a folder all its `*.scn`. Each gets a seed of its own.
-        methods: names as `Scenario.search` takes them; where `random` is among them, the others are held against it.
-        runs: of each method on each scenario; 30 or more before anything may be claimed.
-        out: a new folder for every evaluation and for the tables of the study, as `cortexc study` leaves; None: what is
-            found stays in memory, without the single evaluations.
+        files: scenarios, by path or loaded; for a folder all its `*.scn`. Each gets a seed of its own.
+        methods: names as `Scenario.search` takes them; if `random` is among them, the others are compared with it.
+        runs: number of runs of each method on each scenario; claims need 30 or more.
+        out: a new folder for every evaluation and for the tables of the study, as with `cortexc study`; None: results
+            stay in memory, without the single evaluations.
         jobs: processes, each with a whole run; more than 1 need a main module that can be imported.
-        profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
-        preset: of the genetic algorithm, `cortex` or `cortex-literal`.
-        objective: what is sought, by a name that every scenario has, or several.
+        profile: set of risk bands, `paper`, `paper-mm` or `literature`.
+        preset: preset of the genetic algorithm, `cortex` or `cortex-literal`.
+        objective: one or several names that every scenario has.
         on_run: called with each `engine.study.run_records.Finished`, in no certain order.
-        ego: who drives, as for `Scenario.driven_by`; with several `jobs` by its name, `"python:module:function"`.
+        ego: driver, as for `Scenario.driven_by`; with several `jobs` by its name, `"python:module:function"`.
         settings: fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, engine.
 
     Raises:
         CompileError: a file has errors.
         UnknownMethodError, MissingExtraError, PluginError: a method cannot be used here.
-        ArgumentError, ArgumentKindError: no scenario, one without params, a number that cannot be, an unknown setting.
+        ArgumentError, ArgumentKindError: no scenario, one without params, an impossible number, an unknown setting.
         StoreError: the folder cannot be written, or a worker was killed.
     """
     arguments.settings(settings)
@@ -130,11 +130,12 @@ def study(
 
 
 def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None, ego: object = None) -> Studied:
-    """Continue a study that was stopped or killed, from what its folder keeps; one that is complete is only read. `ego`
-    drives, who drove before.
+    """Continue a study that was stopped or killed, from its folder; a complete study is only read.
+
+    `ego` is the driver of the earlier runs.
 
     Raises:
-        StoreError: no readable study, another process is at it, or another version of the engine began it.
+        StoreError: no readable study, another process writes it, or another version of the engine began it.
     """
     folder, jobs = arguments.path_of("folder", folder, "name the folder of a study"), arguments.whole("jobs", jobs, 1)
     found = read_study(folder).driven_by(ego)
@@ -176,10 +177,10 @@ def facts(plan: Plan, command_line: Sequence[str]) -> dict[str, object]:
 
 
 def insist_on_same_engine(study: Study) -> None:
-    """Check that a study is continued by the engine that began it: runs of two engines must not be compared as one.
+    """Check that a study is continued by the engine that began it: runs of two engines must not be compared.
 
     Raises:
-        StoreError: they would be.
+        StoreError: it was begun by another engine.
     """
     from engine.kernels.jit import source_hash
 
@@ -198,11 +199,11 @@ def short_names(files: Sequence[Path]) -> list[str]:
     return [stem if stems.count(stem) == 1 else relpath(file, home) for file, stem in zip(files, stems, strict=True)]
 
 
-# -- from what was asked to a plan ------------------------------------------------------------------------------------
+# -- from arguments to a plan ------------------------------------------------------------------------------------------
 
 
 def _scenarios(files: Iterable[Files]) -> list[tuple[str, Scenario]]:
-    """Return each scenario with its short name; a folder stands for the scenarios in it."""
+    """Return each scenario with its short name; a folder is replaced by the scenarios in it."""
     loaded: list[tuple[Path, Scenario]] = []
     for each in files:
         arguments.kind("files", each, (str, Path, Scenario), "name scenario files or folders, or load them")
@@ -228,7 +229,7 @@ def _subject(name: str, scenario: Scenario, preset: str, settings: Mapping[str, 
     return Subject(name, scenario.compiled.source.name, scenario.program, config, origin_of(scenario))
 
 
-# -- what came of it --------------------------------------------------------------------------------------------------
+# -- results -----------------------------------------------------------------------------------------------------------
 
 
 def _in_memory(plan: Plan, workers: Workers, on_run: "OnRun | None") -> Studied:

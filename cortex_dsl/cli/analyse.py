@@ -1,4 +1,4 @@
-"""What the failures of a scenario are, taken together (`cortexc analyse`), and how probable (`cortexc probability`)."""
+"""Failures of a scenario as a whole (`cortexc analyse`), and their probability (`cortexc probability`)."""
 
 import argparse
 from dataclasses import replace
@@ -128,7 +128,7 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
-    """The same for the scenario that a run searched, kept beside its journal."""
+    """Estimate the probability for the scenario of a run, and store it next to its journal."""
     run = opened_run(options.file, terminal, options.ego, json=options.json)
     with usage_errors():
         compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)

@@ -254,7 +254,7 @@ def run_words(words: Sequence[str], terminal: Terminal) -> int:
     return run_command(FILE, words, terminal)
 
 
-# -- command lines as people guess them who know other tools: `cortexc check FILE`, `cortexc --explain CODE` -----------
+# -- command lines that users of other tools guess: `cortexc check FILE`, `cortexc --explain CODE` ---------------------
 
 _FLAGS: Mapping[str, str] = MappingProxyType(
     {
@@ -266,7 +266,7 @@ _FLAGS: Mapping[str, str] = MappingProxyType(
         "emit": "--emit ast",
     }
 )
-"""First words that are no commands, and the flag that does what they say."""
+"""First words that are no commands, and the flag with that effect."""
 _COMMANDS: Mapping[str, str] = MappingProxyType(
     {"format": "fmt", "analyze": "analyse", "shell": "repl", "convert": "export", "play": "replay"}
 )
@@ -275,10 +275,10 @@ _PAGES = ("help", "version")
 
 
 def refuse_guesses(arguments: Sequence[str], commands: Iterable[str]) -> None:
-    """Answer a command line whose first word is taken from elsewhere.
+    """Refuse a command line whose first word belongs to another tool.
 
     Raises:
-        UsageError: it is; the cure is the line as it should be.
+        UsageError: it does; the cure is the correct line.
     """
     if not arguments or os.access(arguments[0], os.F_OK):
         return

@@ -1,4 +1,4 @@
-"""What runs nothing: `--check` compiles and proves what can be proved, `--emit STAGE` prints what the compiler made."""
+"""Modes that run nothing: `--check` compiles and proves, `--emit STAGE` prints the result of a compiler stage."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from cortex_dsl.pipeline import Compiled
     from engine.feasibility import Feasibility
 
-# What a syntax stage does without is imported where it is needed.
+# Imports that a syntax stage does not need are made where they are used.
 
 
 def check(request: CompileRequest, terminal: Terminal) -> int:
-    """Compile a file, prove what can be proved, and say what was found."""
+    """Compile a file, prove its feasibility, and show the results."""
     from cortex_dsl.console.scenario_mistakes import misplaced, no_scene_at_all
     from cortex_dsl.report.terminal.check_view import feasibility_view
     from engine.feasibility import remembered
@@ -43,7 +43,7 @@ def check(request: CompileRequest, terminal: Terminal) -> int:
 
 
 def _proved(compiled: "Compiled", found: "Feasibility") -> dict[str, Any]:
-    """What is proved beyond the diagnostics, for the document."""
+    """Return the proofs beyond the diagnostics as a document."""
     from cortex_dsl.report.documents import feasibility_content
 
     return feasibility_content(compiled.program, found)
@@ -72,7 +72,7 @@ def _requirements(compiled: "Compiled") -> int:
 
 
 def emit(request: CompileRequest, stage: str, terminal: Terminal) -> int:
-    """Print what the compiler has made of a file at a stage."""
+    """Print the result of the compiler for a file at a stage."""
     text = (_syntax_stage if stage in _SYNTAX else _later_stage)(request, stage, terminal)
     if isinstance(text, Exit):
         return text

@@ -1,5 +1,6 @@
-"""What draws scenes of a file: `cortexc FILE` runs one and shows what happened, `--sample N` counts them, and with
-`--ego` what becomes of them.
+"""Modes that sample scenes of a file: `cortexc FILE` runs one and shows it, `--sample N` counts them.
+
+With `--ego` it also counts the endings of their runs.
 """
 
 import shlex
@@ -42,7 +43,7 @@ CROWD = 300
 
 
 def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> int:
-    """Draw one scene, run it, and show what happened."""
+    """Sample one scene, run it, and show the events."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -64,7 +65,7 @@ def _announce_crowd(scenario: Scenario, terminal: Terminal) -> None:
 
 @dataclass(frozen=True)
 class DrawnScene:
-    """A valid scene, row 0, and what it was drawn from."""
+    """A valid scene, row 0, and its origin."""
 
     run: RunRequest
     scenario: Scenario
@@ -95,16 +96,17 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
 # -- `--sample N`: scenes drawn without running them, and counted ------------------------------------------------------
 
 CHUNK = 20_000
-"""Scenes drawn at once, or fewer of many actors: only their counts are kept, so any number fits in memory."""
+"""Number of scenes that are drawn at once, fewer with many actors; memory is bounded as only counts are stored."""
 DRIVEN = 4_096
-"""So many where somebody drives, or as many as are asked about at once: what is decided in each is kept until it is
-counted.
+"""Number of scenes at once with an external driver, or the size of its queries if larger.
+
+All decisions of a scene are stored until it is counted.
 """
 
 
 @dataclass
 class _Sampled:
-    """What there is to tell of the scenes so far."""
+    """Counts over the scenes so far."""
 
     tally: Tally = field(default_factory=Tally)
     runs: DrivenRuns = field(default_factory=DrivenRuns)
@@ -115,7 +117,7 @@ class _Sampled:
 
 
 def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, terminal: Terminal) -> int:
-    """Draw scenes, and count what was rejected, and why; with a driver, drive them and count what became of them."""
+    """Sample scenes, and count rejections by reason; with a driver, drive them and count their endings."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -141,10 +143,10 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
 
 
 def _sampled(scenario: Scenario, run: RunRequest, samples: int, terminal: Terminal) -> _Sampled:
-    """All scenes, or those before Ctrl-C, or before the first that shows a mistake of the file.
+    """Return the counts of all scenes, or of those before Ctrl-C, or before the first that shows a mistake of the file.
 
     Raises:
-        ControllerError: nobody is driven from outside, or the driver cannot be asked.
+        ControllerError: no actor has an external controller, or the driver cannot be queried.
     """
     sampled = _Sampled()
     try:
@@ -184,7 +186,7 @@ def _show(
     note: str,
     terminal: Terminal,
 ) -> None:
-    """Show what was counted."""
+    """Show the counts."""
     program, driver, tally = scenario.program, scenario.config.driver, sampled.tally
     blame = _account(program, run) if tally.scenes and not tally.always else None
     if request.json:
@@ -243,7 +245,7 @@ def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scene
 
 
 def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | None") -> dict[str, object]:
-    """What was counted, for the document."""
+    """Return the counts as a document."""
     culprit = most_to_blame(program, tally, blame)
     return {
         "program": program.digest,

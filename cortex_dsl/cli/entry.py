@@ -1,7 +1,7 @@
-"""`cortexc`: from a command line to an exit code, whatever happens on the way.
+"""`cortexc`: from a command line to an exit code, for every outcome.
 
-`main` may be called from a test or a notebook: it changes nothing of the process that it runs in. What a
-process of its own has besides is in `cortex_dsl/__main__.py`.
+`main` may be called from a test or a notebook: it changes nothing of its process. `cortex_dsl/__main__.py` has the code
+for a process of its own.
 """
 
 import contextlib
@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _trace(cause: BaseException, terminal: Terminal) -> None:
-    """Where it was raised, of an error in the user's own driver."""
+    """Print the traceback of an error in the user's own driver."""
     import traceback
 
     ours = tuple(str(HOME / package) for package in ("engine", "cortex_dsl"))
@@ -77,18 +77,18 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
 
 
 def _is_no_text(word: str) -> bool:
-    """Whether a word has bytes that are no letters: neither journals nor pages nor JSON can name such a file."""
+    """Return whether a word has bytes that are no letters: journals, pages and JSON cannot name such a file."""
     return any("\ud800" <= letter <= "\udfff" for letter in word)
 
 
 def _how_much(error: MemoryError) -> str:
-    """What was asked for, where numpy says it."""
+    """Return the size that numpy reports in a memory error; empty without one."""
     found = re.search(r"allocate (\S+ \S+) for", str(error))
     return f": {found[1]} at once" if found else ""
 
 
 def _no_output(error: OSError, terminal: Terminal) -> Exit:
-    """Paths are checked where they are used; what is left is stdout, on a full disk."""
+    """Report that stdout is full: paths are checked where they are used, so the error is that of stdout."""
     from cortex_dsl.console.user_files import reason
 
     where = f"`{error.filename}`" if error.filename else "the output"

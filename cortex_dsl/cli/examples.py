@@ -1,6 +1,6 @@
-"""`cortexc examples` lists, prints or copies the scenarios that come with cortexc; `cortexc new FILE` begins one.
+"""`cortexc examples` lists, prints or copies the scenarios of cortexc; `cortexc new FILE` begins one.
 
-Neither writes over a file that is there.
+Neither overwrites an existing file.
 """
 
 import argparse
@@ -51,7 +51,7 @@ other = new Car before intersection by OTHER_START along otherPath,
 require abs(EGO_START - OTHER_START) < 20 m as "they start about as far away"
 terminate after 15 s
 '''
-"""What `cortexc new` writes."""
+"""Contents of a file of `cortexc new`."""
 
 
 def _show(options: argparse.Namespace, terminal: Terminal) -> Exit:
@@ -96,7 +96,7 @@ def _list(as_json: bool, terminal: Terminal) -> None:
 
 
 def _copy(chosen: Sequence[Example], folder: Path, terminal: Terminal) -> None:
-    """Write examples, and what they need beside them, into a folder, all or none."""
+    """Write examples, and the files that they need, into a folder, all or none."""
     files = {folder / file.name: file for example in chosen for file in example.files}
     for target in files:
         _insist_on_new(target)

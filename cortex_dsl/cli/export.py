@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"
-"""Where files go unless --out says otherwise: inside the run's folder, or here."""
+"""Folder of exported files without --out: inside the run's folder, or the working folder."""
 MOST_CASES = 1_000
-"""With --top; all their files are in memory before the first is written."""
+"""Maximum of --top; all files of these cases are in memory before the first is written."""
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 MODES = ("trajectory", "maneuver")
 PLAYERS = ("carla",)
@@ -67,7 +67,7 @@ def _answer(options: argparse.Namespace) -> str:
 
 
 def format_list() -> str:
-    """A table of formats: name, what is written, who reads it; what is not installed says so."""
+    """Return a table of formats: name, contents, readers, and whether its package is missing."""
     width = max(map(len, FORMATS))
     lines = []
     for name, entry in FORMATS.items():
@@ -193,7 +193,7 @@ def _write(
 
 
 def esmini_named(path: Path | None) -> Path:
-    """Return the library that plays what is written.
+    """Return the library that plays the written files.
 
     Raises:
         UsageError: there is no library.
@@ -300,7 +300,7 @@ OPTIONS = (
 
 
 def _readers() -> str:
-    """Each format, and who reads it."""
+    """Return each format, and its readers."""
     return "\n".join(f"  {name:<12}{entry.summary}\n{'':14}for {entry.readers}" for name, entry in FORMATS.items())
 
 

@@ -1,4 +1,4 @@
-"""`cortexc fmt FILES`: files in the one layout, or with --check which are not, or with --diff what would change."""
+"""`cortexc fmt FILES`: format files; with --check, list those to change, with --diff, show the changes."""
 
 import argparse
 import difflib
@@ -90,10 +90,10 @@ def _paths(names: Sequence[str]) -> Iterator[Path]:
 
 
 def _below(folder: Path) -> Iterator[Path]:
-    """The scenarios below a folder, without those in hidden ones.
+    """Yield the scenarios below a folder, except those in hidden folders.
 
     Raises:
-        UsageError: it may not be looked into.
+        UsageError: it is inaccessible.
     """
     if not os.access(folder, os.R_OK | os.X_OK):
         raise UsageError(f"cannot read the folder `{folder}`: permission denied")
@@ -104,7 +104,7 @@ def _below(folder: Path) -> Iterator[Path]:
 
 
 def _formatted(name: str, content: bytes, options: argparse.Namespace) -> _Text:
-    """A file's text, with its byte order mark if it has one; `--from` names the language that it is written in.
+    """Return a file's formatted text, with its byte order mark if it has one; `--from` names the language of the file.
 
     Raises:
         CompileError: it is no text, or does not parse.
@@ -125,7 +125,7 @@ def _finish(path: Path, text: _Text, options: argparse.Namespace, terminal: Term
 
 
 def _report(text: _Text, options: argparse.Namespace, terminal: Terminal) -> Exit:
-    """What would change, and whether that is an error."""
+    """Print the change of a text and return the exit code."""
     if text.changed and options.diff:
         terminal.write(_diff(text), coloured=not sys.stdout.isatty())  # for `patch`, byte for byte
     elif text.changed:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Reader:
-    """Which recordings one of the commands `measure` and `import` reads."""
+    """Kinds of recordings that `measure` or `import` reads."""
 
     name: str
     suffixes: tuple[str, ...]
@@ -77,7 +77,7 @@ def _check(reader: Reader, options: argparse.Namespace) -> None:
 
 
 def _instead(path: Path, reader: Reader) -> str:
-    """What reads this kind of file."""
+    """Return a hint on the command that reads this kind of file."""
     suffix = path.suffix.lower()
     if suffix == ".scn":
         return f"`cortexc {path}` runs a scenario"
@@ -137,7 +137,7 @@ def _read(options: argparse.Namespace) -> "Imported":
 
 
 def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: Terminal) -> Exit:
-    """The file has errors, or does not hold what it was asked for."""
+    """Report that the file has errors, or lacks the requested contents."""
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
     if options.json:
@@ -216,10 +216,10 @@ def _meters(text: str) -> float:
     return value
 
 
-# -- `--to`: a recording in other formats, beside the file that it was read from or in a folder of its own -------------
+# -- `--to`: a recording in other formats, next to its file or in a folder of its own ----------------------------------
 
 CONVERTIBLE = tuple(name for name, entry in FORMATS.items() if not entry.needs)
-"""What a recording from elsewhere can be turned into."""
+"""Formats to which an imported recording can be converted."""
 
 
 def _formats(text: str) -> tuple[str, ...]:
@@ -237,11 +237,11 @@ def _formats(text: str) -> tuple[str, ...]:
 
 
 def _converted(report: "MeasuredReport", options: argparse.Namespace) -> "MeasuredReport":
-    """The recording in other formats, beside the file or in `--out`.
+    """Write the recording in other formats, next to the file or in `--out`.
 
     Raises:
-        UsageError: something else stands there, or the files cannot be written.
-        InterchangeError: the format cannot carry it, or a package is missing.
+        UsageError: a file is in the way, or the files cannot be written.
+        InterchangeError: the format cannot represent it, or a package is missing.
     """
     folder = options.out or options.file.parent
     exports = list(_exports(report, options))
@@ -268,7 +268,7 @@ def _with_road(
     write: "Callable[[MeasuredReport, str | None, argparse.Namespace], Export]",
     options: argparse.Namespace,
 ) -> "Export":
-    """What is written on the road that was read, and beside it a copy of that."""
+    """Write an export that refers to the road of the recording, and a copy of the road next to it."""
     from engine.interchange.contract import Export
 
     road = report.road
@@ -286,7 +286,10 @@ def _openscenario(report: "MeasuredReport", road: str | None, options: argparse.
 
 
 def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> "Export":
-    """Everybody replayed, and params around the start of the ego and of the one who decides the risk."""
+    """Write a scenario that replays all actors.
+
+    Its params vary the start of the ego and of the actor that decides the risk.
+    """
     from cortex_dsl.interchange.recorded_scn import write_recorded
 
     return write_recorded(report.recording, options.file.stem, road, report.pair + 1)
@@ -331,7 +334,7 @@ def _rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _write_ranking(report: "RankedReport", tracks: "Tracks", options: argparse.Namespace) -> None:
-    """Both files, once both are made; what stands in the way of either is said before one is written."""
+    """Write both files, once both are made; a file in the way of either is reported before any is written."""
     files: dict[Path, bytes] = {}
     if options.table is not None:
         from cortex_dsl.report.findings.ranking_report import ranking_csv

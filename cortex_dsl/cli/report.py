@@ -40,7 +40,7 @@ def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
-    """Folder and page of a run, and what draws its figures."""
+    """Return folder and page of a run, and the function that draws its figures."""
     from cortex_dsl.api.restoring import restore
     from cortex_dsl.api.runs import open_run
     from cortex_dsl.cli.search_output import checked_run, usage_errors

@@ -29,7 +29,7 @@ from engine.study.database import is_study
 
 
 def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> int:
-    """Search by every method that was asked for, and show what was found."""
+    """Search by every requested method, and show the results."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -38,7 +38,7 @@ def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, termi
     scenario = open_scenario(request, run, compiled, asked)
     with usage_errors():
         aims = objectives(scenario.program, asked.objective)
-        for method in asked.methods:  # what is missing is said before anything is made
+        for method in asked.methods:  # report missing packages before anything is made
             seek(build_searcher(method, Box.of(scenario.program.space), scenario.config), method, len(aims))
         compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
         found = _searches(scenario, run, asked, terminal)
@@ -46,7 +46,7 @@ def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, termi
 
 
 def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> list[SearchResult]:
-    """One search after the other; Ctrl-C ends the one that runs and leaves out those to come."""
+    """Run one search after the other; Ctrl-C ends the present one and omits later ones."""
     done: list[SearchResult] = []
     for method in asked.methods:
         try:
@@ -89,7 +89,7 @@ WIDTH = 80
 
 
 def named(text: str) -> tuple[str, ...]:
-    """The methods of a list with commas.
+    """Return the methods of a comma-separated list.
 
     Raises:
         UsageError: one of them is not known.
@@ -106,7 +106,7 @@ def named(text: str) -> tuple[str, ...]:
 
 
 def method_list() -> str:
-    """A table of names, short names and what they do; what is not installed says so, and how to have it."""
+    """Return a table of methods: names, short names and summaries, and how to install a missing one."""
     entries = known_searchers()
     names = {name: f"{name} ({entry.alias})" if entry.alias else name for name, entry in entries.items()}
     width = max(map(len, names.values()))
@@ -145,7 +145,7 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _say(run: OpenedRun, generations: int, terminal: Terminal) -> None:
-    """Warn on stderr of what the user may not expect."""
+    """Warn on stderr of facts that may surprise the user."""
     done, manifest = len(run.record.generations), run.record.manifest
     if run.record.status == "finished" and generations == run.scenario.config.search.generations:
         terminal.note(f"finished already, all {done} generations; this is its report")

@@ -1,7 +1,7 @@
-"""What the commands that search, or show a search, share.
+"""Shared parts of the commands that search, or show a search.
 
-For those that search: who runs the simulations, the progress, the report, the document, the exit code. For those that
-show a run: its journal opened and checked, and problems that a user can solve raised as usage errors.
+For a search: the workers, the progress, the report, the document, the exit code. For a run: its journal opened and
+checked, and solvable problems raised as usage errors.
 """
 
 import shlex
@@ -62,17 +62,17 @@ def usage_errors() -> Iterator[None]:
 
 
 def removed(terminal: Terminal) -> OnRemoved:
-    """Warn at once that results from now on are kept nowhere."""
+    """Return a callback that warns at once that later results are not stored."""
     return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
 
 
 def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:
-    """Return what runs the simulations: threads or processes of this machine, or a cluster."""
+    """Return the workers for the simulations: threads or processes of this machine, or a cluster."""
     return workers_for(engine, jobs) if dask is None else Workers("dask", jobs, dask)
 
 
 def show_found(found: Sequence[SearchResult], scenario: Scenario, request: CompileRequest, terminal: Terminal) -> Exit:
-    """Show what was found, and say how the command ends."""
+    """Show the results, and return the exit code."""
     campaigns = [each.campaign for each in found]
     mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
     if request.json:
@@ -107,7 +107,7 @@ def _show(program: Program, found: Sequence[SearchResult], terminal: Terminal, *
 
 
 def _report(found: SearchResult, program: Program | None) -> SearchReport:
-    """Of one campaign; without a program nothing is to blame."""
+    """Return the report of one campaign; without a program, no requirement is blamed."""
     folder = found.folder if found.folder.is_dir() else None
     manifest = found.manifest
     blame = program and blame_of_search(program, found.campaign, manifest.config.search.seed)
@@ -116,7 +116,7 @@ def _report(found: SearchResult, program: Program | None) -> SearchReport:
 
 
 def _driver_options(driver: DrivenBy | None) -> str:
-    """What names on a command line who drives in a worst case again."""
+    """Return the command-line options that repeat the driver of a worst case; empty without one."""
     if driver is None:
         return ""
     return " ".join([as_options(driver.name), *driver_words(None, driver.block, driver.observe)])
@@ -194,10 +194,10 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
 
 
 def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, json: bool = False) -> OpenedRun:
-    """A run with a finished generation, whose individuals are those that its method proposes.
+    """Return a run with a finished generation whose individuals are those that its method proposes.
 
-    What the simulations came to is not simulated again: a changed result shows only where it changes what the method
-    proposed next, or the figures of its generation.
+    Results of simulations are not simulated again: a changed result shows only if it changes the next proposals of the
+    method, or the figures of its generation.
 
     Raises:
         UsageError: there is no readable run, or its journal does not follow from its own beginning.

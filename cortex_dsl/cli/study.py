@@ -1,6 +1,6 @@
-"""`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, shown in tables.
+"""`cortexc study`: every scenario by every method, many times; stored whole, compared run by run, shown in tables.
 
-`cortexc paper-check` repeats the arithmetic of the paper from which that case study comes.
+`cortexc paper-check` repeats the arithmetic of the paper of that case study.
 """
 
 import argparse
@@ -41,7 +41,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def study_workers(options: argparse.Namespace) -> "Workers":
-    """Return what carries out the runs: processes of this machine, or a cluster."""
+    """Return the workers for the runs: processes of this machine, or a cluster."""
     from engine.search.workers import Workers
 
     if options.dask is not None:
@@ -77,10 +77,10 @@ def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
 def resume_study(
     folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False, ego: "Egos | None" = None
 ) -> int:
-    """Go on with a study that was stopped or killed; show one that is complete again.
+    """Continue a study that was stopped or killed; show a complete one again.
 
     Raises:
-        UsageError: no readable study, another process is at it, or it was begun by another version.
+        UsageError: no readable study, another process writes it, or another version began it.
     """
     from cortex_dsl.api.studies import insist_on_same_engine
     from engine.search.store import hold
@@ -101,7 +101,7 @@ def resume_study(
 
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
-    """Do what is left to do; whether Ctrl-C came first."""
+    """Do the remaining work; return whether Ctrl-C stopped it."""
     from cortex_dsl.api.studies import carry_out
     from cortex_dsl.console.kernels import SEARCH, compile_kernels
     from cortex_dsl.report.terminal.progress import StudyProgress
@@ -119,7 +119,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 
 
 def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
-    """Write the files beside the study, and show what it came to so far."""
+    """Write the files next to the study, and show its results so far."""
     from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.report.terminal.study_view import study_view
 
@@ -154,7 +154,7 @@ def _end_of(study: "Study", terminal: Terminal) -> Exit:
 
 
 def _over_the_file(evaluations: "Evaluations") -> bool:
-    """Whether all runs that failed did so over a behaviour that never acts, or an objective that is no number."""
+    """Return whether every failed run has a behaviour that never acts, or an objective that is no number."""
     from engine.vocabulary import EndReason, Verdict
 
     runs = evaluations.rollouts

@@ -138,7 +138,7 @@ def _unfolded(paths: Sequence[Path]) -> list[Path]:
 
 
 def _the_six(terminal: Terminal) -> list[Path]:
-    """The paper's scenarios, as they lie beside this program; say so."""
+    """Return the paper's scenarios, which are installed with this program, and print a note."""
     from engine.paper import FILES
 
     files = [Path(str(resource(f"examples/{name}.scn"))) for name in FILES]

@@ -1,5 +1,6 @@
-"""`cortexc verify RUN`: is a run what its search wrote, and does it come to the same again? With `--model dynamic`: a
-second opinion on its worst cases, by a better model of the car.
+"""`cortexc verify RUN`: check whether a run is the output of its search, and whether it is reproducible.
+
+With `--model dynamic`: a second opinion on its worst cases, by a better model of the car.
 """
 
 import argparse

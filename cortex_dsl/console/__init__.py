@@ -1,1 +1,1 @@
-"""What the command line and the session share: where output goes, how a command ends, files, compiling and running."""
+"""Shared parts of the command line and the session: output, exit codes, files, compiling and running."""

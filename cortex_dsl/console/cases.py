@@ -1,4 +1,4 @@
-"""A case again, in the terminal or as files: what `cortexc replay`, `cortexc export` and the session share."""
+"""A case again, in the terminal or as files: shared by `cortexc replay`, `cortexc export` and the session."""
 
 import argparse
 from collections.abc import Iterable, Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # -- watched -----------------------------------------------------------------------------------------------------------
 
 PICTURES = (".html", ".gif", ".svg")
-"""What a replay becomes in a file: a page, a film, a picture."""
+"""Suffixes of a replay in a file: a page, a film, a picture."""
 
 
 def play_case(shown: "CaseReplay", speed: float, terminal: Terminal) -> None:
@@ -38,7 +38,7 @@ def play_case(shown: "CaseReplay", speed: float, terminal: Terminal) -> None:
 def picture(
     shown: "CaseReplay", path: Path, speed: float = 1.0, case: "Case | None" = None, folder: Path | None = None
 ) -> str | bytes:
-    """What a file with one of the suffixes of `PICTURES` holds.
+    """Return the contents of a file with one of the suffixes of `PICTURES`.
 
     Raises:
         UsageError: a film needs a package that is not installed.
@@ -105,11 +105,12 @@ def write_cases(
     asked: Asked = FLAGS,
     esmini: Path | None = None,
 ) -> "Written":
-    """Write all files of some cases, in every format that can carry them; with the library of `esmini`, each `.xosc` of
-    a case beside its certificate.
+    """Write all files of some cases, in every format that can represent all of them.
+
+    With the library of `esmini`, each `.xosc` of a case gets its certificate next to it.
 
     Raises:
-        UsageError: no format can, something else stands in a file's place, or they cannot be written.
+        UsageError: no format can, a file is in the way, or they cannot be written.
     """
     from cortex_dsl.interchange.writing import gather
     from cortex_dsl.report.findings.interchange_report import Written

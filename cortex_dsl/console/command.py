@@ -32,7 +32,7 @@ from engine.vocabulary import OBSERVABLE
 
 
 class Parser(argparse.ArgumentParser):
-    """An argparse parser whose messages name the nearest option, and which raises instead of ending the process."""
+    """An argparse parser that suggests the nearest option in messages, and raises instead of ending the process."""
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
@@ -125,7 +125,7 @@ class Option:
     name: str = ""
     """Attribute of the parsed options, and field of a request; "": the flag without dashes."""
     nargs: str | None = None
-    """As in `argparse`."""
+    """Number of values, as in `argparse`."""
     const: Any = True
     """Value of an option that is given without a value."""
     collect: Callable[[Any, Any], Any] | None = None
@@ -227,7 +227,7 @@ def add_rows(parser: Parser, rows: Sequence[Option]) -> Parser:
 
 
 def settle(rows: Sequence[Option], options: argparse.Namespace) -> argparse.Namespace:
-    """Check what was given, set the defaults and `options.choice`, and return the options.
+    """Check the given options, set the defaults and `options.choice`, and return the options.
 
     Raises:
         UsageError: an argument is missing, or an option has no effect; the row gives message and cure.
@@ -308,7 +308,7 @@ class Command:
         return [*self.options, *(row for row in shared if row.dest not in own)]
 
     def parser(self) -> Parser:
-        """Return the parser of the command line, whose options keep their order."""
+        """Return the parser of the command line, with its options in order."""
         parser = Parser(
             prog=f"cortexc {self.name}".rstrip(),
             usage="\n       ".join(f"cortexc {f'{self.name} {line}'.strip()}" for line in self.usage.split("\n")),

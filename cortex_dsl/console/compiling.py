@@ -49,8 +49,9 @@ def show(
     failed: bool = False,
     feasibility: Mapping[str, Any] | None = None,
 ) -> None:
-    """Show diagnostics in the form that was asked for: text on stderr, documents and annotations on stdout. Under
-    --json they wait for the document of the command, which is written now if the command has `failed`.
+    """Show diagnostics in the requested form: text on stderr, documents and annotations on stdout.
+
+    With --json they wait for the document of the command, which is written now if the command has `failed`.
     """
     if request.json:
         from cortex_dsl.report.findings.snippet import as_json
@@ -85,14 +86,14 @@ def _where_to_read_more(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def write_diagnostics(source: Source, terminal: Terminal, feasibility: Mapping[str, Any] | None = None) -> None:
-    """Write what a compilation said as the document of --json; `feasibility`: what was proved beyond that."""
+    """Write the diagnostics of a compilation as the document of --json; `feasibility`: further proofs."""
     errors = sum(each["severity"] == Severity.ERROR.value for each in terminal.noted)
     content = {"file": source.name, "errors": errors}
     terminal.document("diagnostics", content | ({} if feasibility is None else {"feasibility": feasibility}))
 
 
 def github_annotations(source: Source, diagnostics: Sequence[Diagnostic]) -> list[str]:
-    """Workflow commands that GitHub shows beside the line."""
+    """Return workflow commands that GitHub shows next to the line."""
     lines = []
     for d in diagnostics:
         start, end = source.position(d.label.span.start), source.position(d.label.span.end)

@@ -1,8 +1,8 @@
-"""A console whose texts show and do nothing: what stands in a stranger's file does not act on the terminal.
+"""A console that shows texts without effects: text from an untrusted file does not act on the terminal.
 
-All that views print passes `render`, in pieces of text with a style. Styles and the moves of a progress line are ours;
-texts may be anybody's: escape sequences, C1 controls, characters that turn the direction of writing. It is a module of
-its own, as rich is imported with the first view that is drawn.
+All output of views passes `render`, in pieces of text with a style. Styles and the moves of a progress line are ours;
+texts may come from anywhere: escape sequences, C1 controls, characters that turn the direction of writing. It is a
+module of its own, as rich is imported with the first drawn view.
 """
 
 from collections.abc import Iterable

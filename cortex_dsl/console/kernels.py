@@ -1,4 +1,4 @@
-"""Compile kernels before a command needs them, and show the user what it waits for."""
+"""Compile kernels before a command needs them, and show the progress to the user."""
 
 import time
 from collections.abc import Generator
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 SAMPLE, SEARCH, RUN = ("sample", "weigh"), ("sample", "simulate", "blame"), ("sample", "simulate", "metrics")
 METRICS, PAIRS = ("metrics",), ("pairs",)
-"""What commands do, as names of `engine.compiling_apart.PARTS`."""
+"""Work of commands, as names of `engine.compiling_apart.PARTS`."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class MissingKernels:
 def compile_kernels(
     terminal: Terminal, parts: tuple[str, ...], program: Program | None = None, config: Config | None = None
 ) -> bool:
-    """Compile now what a command will call, so that pace and remaining time are shown without that.
+    """Compile now the kernels that a command will call, so that pace and remaining time exclude that.
 
-    `program`: what will be sampled or simulated; None for recordings. Returns True if kernels were missing.
+    `program`: the program to sample or simulate; None for recordings. Returns True if kernels were missing.
     """
     from engine.compiling_apart import compile_apart
 

@@ -1,4 +1,4 @@
-"""What a command line asks for: the request that its options make, in parts, and the types of their values."""
+"""The request of a command line, in parts that its options make, and the types of their values."""
 
 import math
 import re
@@ -15,7 +15,7 @@ from engine.vocabulary import RECORDS
 
 
 class Mode(Enum):
-    """What `cortexc FILE` is to do with the file."""
+    """Task of `cortexc FILE`."""
 
     RUN = "run"
     SEARCH = "search"
@@ -26,7 +26,7 @@ class Mode(Enum):
 
 @frozen
 class CompileRequest:
-    """Which file is compiled, with which params held, and how what the compiler says is shown."""
+    """File to compile, fixed params, and the form of the diagnostics."""
 
     file: Path
     overrides: Mapping[str, str] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class RunRequest:
     """How scenes are drawn and simulated. An option that was not given is None, so that the file may decide."""
 
     seed: int | None = None
-    """None: what a concrete file pins, else 0."""
+    """Seed; None: the seed of a concrete file, else 0."""
     engine: str | None = None
     max_attempts: int | None = None
     time_step: float | None = None
@@ -54,18 +54,18 @@ class RunRequest:
     prune: bool = False
     jobs: int = 1
     ego: Egos | None = None
-    """Who drives for the controllers of the file."""
+    """Driver for the controllers of the file."""
     ego_batch: int = 256
-    """Scenes that it is asked about at once."""
+    """Number of scenes in one query to the driver."""
     ego_observes: str = RECORDS
-    """What it observes (`engine.vocabulary.OBSERVABLE`)."""
+    """Observation of the driver (`engine.vocabulary.OBSERVABLE`)."""
     target: float | None = None
-    """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
+    """Acceptance that `--sample` shall reach by relaxing a requirement."""
 
 
 @frozen
 class SearchRequest:
-    """What is searched, how long, and where the results go."""
+    """Methods, effort and output folder of a search."""
 
     methods: tuple[str, ...] = ()
     """Names of `engine.search.searchers`, each once."""
@@ -75,26 +75,26 @@ class SearchRequest:
     rollouts: int = 1
     aggregate: str = "mean"
     objective: tuple[str, ...] = ("risk",)
-    """What is sought."""
+    """Objectives of the search."""
     dask: str | None = None
     """Address of a scheduler, or `local`."""
     out: Path | None = None
     command_line: tuple[str, ...] = ()
-    """As typed, without the program's name; kept in the manifest of a search."""
+    """Command line without the program's name; stored in the manifest of a search."""
 
 
 @frozen
 class Request:
-    """One `cortexc FILE ...`: what to do, and the parts of the command line, of which a mode gets those it reads."""
+    """One `cortexc FILE ...`: its task, and the parts of the command line; each mode gets the parts that it reads."""
 
     mode: Mode
     compile: CompileRequest
     run: RunRequest = field(default_factory=RunRequest)
     search: SearchRequest = field(default_factory=SearchRequest)
     samples: int = 0
-    """Of `--sample`."""
+    """Number of scenes for `--sample`."""
     stage: str = ""
-    """Of `--emit`."""
+    """Stage that `--emit` prints."""
 
 
 Part = TypeVar("Part")
@@ -106,7 +106,7 @@ def filled(part: type[Part], options: Namespace) -> Part:
     return part(**{name: value for name, value in given.items() if value is not None})
 
 
-# -- types of arguments: each takes the text and gives a value, or says what would be right ----------------------------
+# -- types of arguments: each takes the text and returns a value, or an error with the right form ----------------------
 
 SEED_LIMIT = 2**63 - 1
 """Seeds are part of a stream's key, which holds signed 64-bit integers."""
@@ -115,7 +115,7 @@ GENERATION_LIMIT = 2**16 - 1
 
 
 def whole_number(minimum: int, maximum: int, why: str = "") -> Callable[[str], int]:
-    """A whole number within inclusive bounds; `why` explains the lower one."""
+    """Return a parser of whole numbers within inclusive bounds; `why` explains the lower one."""
 
     def parse(text: str) -> int:
         value = _int(text)

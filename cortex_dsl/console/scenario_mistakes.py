@@ -1,7 +1,7 @@
 """Mistakes of a scenario that show only after it compiled, as diagnostics like any other.
 
-Before anything is drawn it may be proved that nothing can be drawn, or that objects cannot stand where they are put. A
-draw or a run may meet a number that does not exist, or a behaviour that never acts.
+Before sampling it may be proved that no scene exists, or that objects do not fit at their places. A draw or a run may
+meet an undefined number, or a behaviour that never acts.
 """
 
 import math
@@ -17,8 +17,8 @@ from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.findings.readable import significant
-from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
-from cortex_dsl.semantics.errors.objectives import NO_NUMBER
+from cortex_dsl.semantics.errors.runs import NO_NUMBER
+from cortex_dsl.semantics.errors.values import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
 from engine.built_in import checking
@@ -95,12 +95,12 @@ def misplaced(compiled: Compiled, conflict: Sequence[int]) -> list[Diagnostic]:
 
 
 def _actors(compiled: Compiled) -> tuple[ir.Actor, ...]:
-    """Of the first variant that can be; the others have the same."""
+    """Return the actors of the first possible variant; all variants have the same actors."""
     return next((v.actors for v in compiled.scenario.variants if v.rejection is None), ())
 
 
 def _at_known_places(compiled: Compiled) -> Iterator[Diagnostic]:
-    """Objects at two numbers that are no place of the road, whose heading the road does not say."""
+    """Yield a diagnostic for each object with constant coordinates off the road."""
     edges = region_edges(compiled.program.road, ROAD_REGION)
     possible = [variant.actors for variant in compiled.scenario.variants if variant.rejection is None]
     for number, actor in enumerate(_actors(compiled)):
@@ -163,7 +163,7 @@ def undefined_objective(compiled: Compiled, number: int, space: ParamSpace, geno
 
 
 # -- a scene or run that holds a number which does not exist, such as a root of -1 -------------------------------------
-# What cannot be excluded when the file is compiled is shown once it happened: with the genes and draws of the scene,
+# Errors that cannot be excluded at compile time are shown after they occur: with the genes and draws of the scene,
 # the first operation on the way to the value that has no finite result.
 
 
@@ -189,8 +189,10 @@ def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagn
 
 
 def _values(variant: ir.Variant, values: np.ndarray, source: Source) -> Iterator[tuple[str, ir.Expr]]:
-    """Expressions to look at, with what they are: the requirements of a scene without values, as one of them has none;
-    properties that are no number; then all that a run computes.
+    """Yield expressions to evaluate, with their descriptions.
+
+    For a scene without values, the requirements, as one of them is undefined; then properties that are no number; then
+    all expressions of a run.
     """
     if np.isnan(values).all():
         for requirement in variant.requirements:
@@ -217,7 +219,7 @@ def _expressions(node: object) -> Iterator[ir.Expr]:
 
 
 def _culprit(expression: ir.Expr, genes: Numbers, draws: Numbers) -> _Culprit | None:
-    """The first operation without a finite result; of what changes during the run, the first that may have none."""
+    """Return the first operation without a finite result; for run-time values, the first that may have none."""
     suspect = None
     for part in parts(expression):
         if not (isinstance(part, ir.Apply) and part.op in OPERATORS and (reason := OPERATORS[part.op].reason)):

@@ -1,4 +1,4 @@
-"""How far a search is, while it goes on: what the command line and the session share."""
+"""Progress of a running search, shared by the command line and the session."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ from engine.search.protocol import DEFAULT_OBJECTIVES
 
 @contextmanager
 def watched(terminal: Terminal, method: str, total: int, record: Record | None = None) -> Iterator[OnGeneration]:
-    """Shows how far a search is; `record` holds what there was of it before."""
+    """Show the progress of a search; `record` holds its earlier part."""
     before = [each.by_individual for each in record.generations] if record else []
     with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
 
@@ -34,13 +34,13 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
 
 
 def is_constant(done: Progress) -> bool:
-    """Whether an objective other than the risk is the same in every valid run of a generation."""
+    """Return whether an objective other than the risk is the same in every valid run of a generation."""
     values = done.evaluations.fitness[done.evaluations.valid]
     return done.objective != DEFAULT_OBJECTIVES and len(values) > 1 and bool((values == values[0]).all())
 
 
 def constant_line(done: Progress) -> str:
-    """What to say of an objective that is the same whatever is drawn."""
+    """Return a warning about an objective with the same value in every draw."""
     value = significant(done.best.continuous) if done.best else ""
     what = f"{done.objective[0]} is {value} in every valid run of the first generation"
     return f"{what}: there is nothing to climb, and the search is a random one until it changes"

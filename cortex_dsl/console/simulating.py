@@ -60,7 +60,7 @@ def open_scenario(
 
 
 def _driver(run: RunRequest) -> "Driver | None":
-    """Whom the command line names.
+    """Return the driver that the command line names; None without one.
 
     Raises:
         ControllerError: there is no such driver.
@@ -97,12 +97,12 @@ def _check_attempts(program: Program, attempts: int) -> None:
         )
 
 
-# -- `cortexc FILE`: draw one scene, run it, and show what happened ----------------------------------------------------
+# -- `cortexc FILE`: sample one scene, run it, and show the events -----------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Simulated:
-    """One scene, run by one of the hosts."""
+    """One scene, and its run by one of the hosts."""
 
     outcomes: Outcomes
     trajectory: Trajectory
@@ -113,9 +113,9 @@ class Simulated:
 def perform_run(
     request: CompileRequest, run: RunRequest, scenario: Scenario, terminal: Terminal, reproduce: str = ""
 ) -> Exit:
-    """Draw a scene, run it, and show what happened.
+    """Sample a scene, run it, and show the events.
 
-    `reproduce`: how to see the run again, where that is not the command line of the request.
+    `reproduce`: command that repeats the run, if it differs from the command line of the request.
     """
     scenes, tally = draw(scenario, run.seed)
     if not scenes.valid[0]:
@@ -255,7 +255,7 @@ def blame_of_search(program: Program, campaign: "Campaign", seed: int) -> "Accou
 
 
 def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest, terminal: Terminal) -> None:
-    """The objects whose places alone keep every scene away, where there are such."""
+    """Show the objects whose places alone reject every scene, if there are any."""
     from cortex_dsl.console.scenario_mistakes import misplaced
 
     proved = blame.conflict.requirements if blame.conflict is not None and blame.conflict.proved else ()

@@ -1,8 +1,8 @@
-"""Where output goes, and how a command ends.
+"""Output streams, and exit codes of a command.
 
-stdout is for results, stderr for remarks on them; both are plain where they are no terminal. A command ends with one of
-a few exit codes; a slip of the user's is an exception with its cure; of a bug of ours one line is shown, and a file to
-send.
+stdout is for results, stderr for remarks on them; both are plain if they are no terminal. A command ends with one of a
+few exit codes; an error of the user is an exception with its cure; for an internal error one line is shown, and a file
+to send.
 """
 
 import os
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 WIDEST = 100
 """Columns that a view uses at most: longer lines are hard to read."""
 NARROWEST, USUAL = 20, 80
-"""A terminal that says it has fewer columns (none, where nobody set them) is taken for a usual one."""
+"""Smallest believable width, and the width that replaces a smaller one (none, if it is not set) [characters]."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Terminal:
     """stdout is for a document: views are not drawn."""
 
     wrote: list[str] = field(default_factory=list, repr=False)
-    """The first words of what went to stdout: under --json there is one document, whatever happens."""
+    """First words of each output to stdout: with --json there is exactly one document."""
 
     noted: list[dict[str, Any]] = field(default_factory=list, repr=False)
     """Diagnostics that the next document contains."""
@@ -120,7 +120,7 @@ class Exit(IntEnum):
 
 
 class UsageError(CortexError):
-    """The command cannot continue, and the user can solve it: what is wrong, and the cure."""
+    """Error that the user can solve and that stops the command: its description, and the cure."""
 
 
 def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> None:

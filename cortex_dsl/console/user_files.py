@@ -21,15 +21,15 @@ OTHER_FILES: Mapping[str, tuple[str, str]] = {
     ".xosc": ("a scenario of OpenSCENARIO", "judge it by `cortexc measure {}`, or translate it by `cortexc import {}`"),
     **dict.fromkeys((".csv", ".parquet", ".mcap"), RECORDING),
 }
-"""What files of other endings are, and what takes them."""
+"""Contents of files with other suffixes, and the commands that read them."""
 
 
 def read_source(path: Path) -> Source:
-    """The text of a scenario.
+    """Return the text of a scenario.
 
     Raises:
         UsageError: missing, a folder, unreadable, or a map or recording by its name.
-        CompileError: what it holds is no scenario: not text, empty, too large.
+        CompileError: its contents are no scenario: not text, empty, too large.
     """
     content = read_bytes(path)
     if path.suffix.lower() in OTHER_FILES:
@@ -39,7 +39,7 @@ def read_source(path: Path) -> Source:
 
 
 def read_bytes(path: Path) -> bytes:
-    """The content of a file, or as much of one that is too large as shows that.
+    """Return the content of a file; for one that is too large, only so much as shows that.
 
     Raises:
         UsageError: missing, a folder, or unreadable.
@@ -58,7 +58,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether a path is known to be a folder; one that may not be looked at is none."""
+    """Return whether a path is known to be a folder; an inaccessible one is not."""
     return os.path.isdir(path)  # noqa: PTH112 - that of pathlib raises
 
 
@@ -95,10 +95,10 @@ def reason(error: OSError) -> str:
 
 
 def user_path(name: str) -> Path:
-    """A path as typed, `~` being the home of a user.
+    """Return a path as typed, with `~` as the home of a user.
 
     Raises:
-        UsageError: it cannot be one.
+        UsageError: it is no valid path.
     """
     if "\0" in name:
         raise UsageError(f"`{name}` cannot be the name of a file")
@@ -114,7 +114,7 @@ def user_path(name: str) -> Path:
 def write_bytes(path: Path, content: bytes) -> None:
     """Replace the content of a file in one step: a reader, at any moment, sees all of the old or all of the new.
 
-    Mode and owner of a file that is there stay; one that may not be written is left alone.
+    Mode and owner of an existing file stay; a read-only file is unchanged.
 
     Raises:
         UsageError: it cannot be written.
@@ -130,10 +130,12 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
-    """Write what a command makes to the place that the user named: a file whole or not at all, or a pipe or a device.
+    """Write the output of a command to the place that the user named.
+
+    A file is written whole or not at all; the place may also be a pipe or a device.
 
     Raises:
-        UsageError: it cannot be written; a file that was there is as it was.
+        UsageError: it cannot be written; an existing file is unchanged.
     """
     from engine.atomic import leads_nowhere, write_one
 
@@ -156,7 +158,7 @@ def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
 
 @dataclass(frozen=True)
 class Asked:
-    """What to say for another folder, and for writing over what is there, in cures."""
+    """Words in cures for another folder, and for overwriting."""
 
     out: str = "--out"
     force: str = "--force"
@@ -166,10 +168,10 @@ FLAGS = Asked()
 
 
 def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked: Asked = FLAGS) -> frozenset[str]:
-    """Write all files; the names of those that were there with the same contents.
+    """Write all files; return the names of those that existed with the same contents.
 
     Raises:
-        UsageError: they cannot be written, or something else stands in their place.
+        UsageError: they cannot be written, or other files are in their place.
     """
     from engine.atomic import leads_nowhere, standing, write_all
 

@@ -1,1 +1,1 @@
-"""What editors ask for: colours, a grammar for them to load, and a language server."""
+"""Services for editors: colours, a grammar for them to load, and a language server."""

@@ -1,6 +1,6 @@
-"""A text, compiled for an editor: what is wrong with it, and everything that was found out before it went wrong.
+"""A text, compiled for an editor: its errors, and all facts that were found before the errors.
 
-Pure functions over text. The server holds one `View` for each open file and asks the modules beside this one.
+Pure functions over text. The server holds one `View` for each open file and calls the other modules of this folder.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ from cortex_dsl.syntax.reading import decode
 
 @dataclass(frozen=True)
 class Analysis:
-    """What the compiler made of one text."""
+    """Result of the compiler for one text."""
 
     source: Source
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -35,10 +35,10 @@ class Analysis:
 
 
 def analyse(name: str, text: str, superseded: Callable[[], bool] = lambda: False, files: Files = DISK) -> Analysis:
-    """Compile a text and keep what was learnt; `name` is its path, beside which `files` looks for imports.
+    """Compile a text and return the facts; `name` is its path, next to which `files` looks for imports.
 
     Raises:
-        Superseded: when `superseded` says so on the way.
+        Superseded: `superseded` returned True meanwhile.
     """
     try:
         source = decode(name, text.encode("utf-8", errors="replace"))
@@ -58,13 +58,13 @@ def analyse(name: str, text: str, superseded: Callable[[], bool] = lambda: False
 
 @dataclass(frozen=True)
 class View:
-    """A text as it stands in the editor, and the last analysis with a tree: of this text, or of one a little older."""
+    """The present text of the editor, and the last analysis with a tree: of this text, or of a slightly older one."""
 
     name: str
     text: str
     analysis: Analysis
     files: Files = DISK
-    """Where imports come from."""
+    """Source of the imported files."""
 
     @cached_property
     def tokens(self) -> tuple[Token, ...]:
@@ -72,7 +72,7 @@ class View:
 
     @cached_property
     def fresh(self) -> bool:
-        """Whether the places of the analysis are those of the text."""
+        """Return whether the places of the analysis are those of the text."""
         return self.analysis.source.text == self.text
 
     def index(self, offset: int) -> int:
@@ -90,7 +90,7 @@ class View:
         return len(self.analysis.source.text)
 
     def worth(self, values: ObservedValues) -> str:
-        """What values are; where there are errors, not all of them have been seen."""
+        """Return a description of values; with errors in the file, some values may be missing."""
         partly = any(diagnostic.severity is Severity.ERROR for diagnostic in self.analysis.diagnostics)
         return described(values, partly=partly)
 
@@ -109,7 +109,7 @@ class View:
         return self._as_param(symbol.name) if symbol.kind is SymbolKind.PARAM and not values else values
 
     def _as_param(self, name: str) -> ObservedValues:
-        """What a param is that no expression uses."""
+        """Return the value of a param that no expression uses."""
         evaluator = next((each[0].evaluator for each in self.analysis.seen.values()), None)
         if evaluator is None or name not in evaluator.run.params:
             return ()

@@ -1,4 +1,4 @@
-"""What can be written at a place, with what is to be said about it: names, values, and the members after a dot."""
+"""Completions at a place, with their descriptions: names, values, and the members after a dot."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ from engine.vocabulary import ManeuverType
 class Member:
     name: str
     worth: str = ""
-    """What its value is, in one line."""
+    """Its value, in one line."""
 
 
 def members(view: View, place: Place) -> list[Member]:
@@ -75,7 +75,7 @@ def _while_running(observed: ObservedValue) -> ObservedValue:
 
 
 def mended(view: View, place: Place, dot: int) -> str:
-    """The text without the dot and what follows it on its line, its brackets closed."""
+    """Return the text without the dot and the rest of its line, with its brackets closed."""
     line = view.text.rfind("\n", 0, dot) + 1
     end = view.text.find("\n", place.offset)
     end = len(view.text) if end < 0 else end
@@ -86,7 +86,7 @@ def mended(view: View, place: Place, dot: int) -> str:
 
 
 def _names_before_dot(observed: ObservedValue) -> list[str]:
-    """Names worth asking for."""
+    """Return the names that such a value may have."""
     match observed.value:
         case EnumValue():
             return [member.name for member in ManeuverType]
@@ -119,9 +119,9 @@ ANYWHERE = ("if", "while", "require", "pass", "else", "elif")
 
 
 def complete(view: View, offset: int, *, decided: bool = False) -> list[Candidate]:
-    """Everything that can stand at an offset; the client picks what fits the part that is written.
+    """Return all completions at an offset; the client selects those that fit the typed part.
 
-    `decided`: nothing, unless the word before says what has to follow.
+    `decided`: nothing, unless the word before determines the next one.
     """
     place = place_of(view, offset)
     if place is None or (decided and not (place.previous in _AFTER or place.after_number or place.phrase)):
@@ -163,11 +163,11 @@ def _inside(view: View, place: Place) -> Iterator[Candidate]:
 
 
 def _goes_on(place: Place) -> bool:
-    """Whether the word before is an operator here, though it could be a name."""
+    """Return whether the word before is an operator here, though it could be a name."""
     return place.previous in TEMPORAL_PREFIXES and place.left[0].text in TEMPORAL
 
 
-# -- what one word before decides -------------------------------------------------------------------------------------
+# -- completions that one word before determines -----------------------------------------------------------------------
 
 
 def _classes(view: View, place: Place) -> Iterator[Candidate]:
@@ -268,7 +268,7 @@ def _joining(place: Place) -> Iterator[Candidate]:
 
 
 def _over_run(view: View, place: Place) -> Iterator[Candidate]:
-    """What makes one number of a run, where such a number is asked for."""
+    """Yield reducers and named results of a run, at a place that takes such a number."""
     asked = asked_at(view, place)
     if asked is not None and asked.sort is Sort.RUN:
         yield from (Candidate(name, "function", f"{name}(x)", doc, 0) for name, doc in REDUCERS.items())
@@ -277,7 +277,7 @@ def _over_run(view: View, place: Place) -> Iterator[Candidate]:
 
 
 def _values(view: View, place: Place) -> Iterator[Candidate]:
-    """Everything that has a value, and words that make one."""
+    """Yield all names with a value, and words that make one."""
     yield from _names(view, place)
     yield from (_keyword(k, 6) for k in KEYWORDS if k.role is Role.OPERATOR and k.form.startswith(k.phrase))
     yield from (Candidate(word, "keyword", rank=7) for word in ("True", "False", "None"))
@@ -290,7 +290,7 @@ def _names(view: View, place: Place) -> Iterator[Candidate]:
 
 
 def _arguments(view: View, place: Place) -> Iterator[Candidate]:
-    """`name=` for the arguments of what is called."""
+    """Yield `name=` for the arguments of the callee."""
     if place.callee < 0:
         return
     name, at = place.left[place.callee].text, place.callee

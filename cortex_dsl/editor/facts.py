@@ -1,4 +1,4 @@
-"""What an expression is worth in words, from the values that it had while its file was compiled."""
+"""The value of an expression in words, from its values during the compilation of its file."""
 
 import math
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ def ending_at(seen: Mapping[Span, ObservedValues], span: Span) -> ObservedValues
 
 
 def described(observed: ObservedValues, *, partly: bool = False) -> str:
-    """What values are, in one line: kind, range or options; empty where nothing was seen.
+    """Return a description of values in one line: kind, range or options; empty without values.
 
     `partly`: there may be more values than those seen.
     """
@@ -107,5 +107,5 @@ def gene_range(gene: ir.GeneInfo, unit: str) -> str:
 
 
 def explained_unit(dimension: ir.Dimension, factor: float) -> str:
-    """What a unit is: `a speed, 0.277778 m/s`."""
+    """Return a description of a unit: `a speed, 0.277778 m/s`."""
     return dimension_name(dimension) + (f", {factor:.6g} {si_word(dimension)}" if factor != 1.0 else "")

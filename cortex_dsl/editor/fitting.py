@@ -1,7 +1,7 @@
-"""Which kind of value a place asks for, and what of all that could be written there is of that kind.
+"""Kinds of values that a place takes, and the completions of that kind.
 
-A place that says nothing of the kind keeps every candidate. Where it does, what cannot stand there is left out, and
-what can come at once stands before what needs more: a speed before the car that has one.
+A place without a kind retains every candidate. With a kind, impossible candidates are left out, and direct ones precede
+those that need more: a speed precedes the car that has one.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -33,7 +33,7 @@ class Candidate:
 
 
 class Sort(Enum):
-    """What a place asks for."""
+    """Kind of value that a place takes."""
 
     TRUTH = "a condition, or what one begins with"
     NUMBER = "a number"
@@ -43,7 +43,7 @@ class Sort(Enum):
 
 @dataclass(frozen=True)
 class Asked:
-    """What a place asks for; of a number its dimension, where that is known."""
+    """Value that a place takes; for a number its dimension, if it is known."""
 
     sort: Sort
     dimension: Dimension | None = None
@@ -65,11 +65,11 @@ MEASURES: Mapping[str, Dimension] = {
     **dict.fromkeys(("distance from", "distance to", "minimum distance from", "minimum distance to"), LENGTH),
     "relative heading of": ANGLE,
 }
-"""Dimension of what operators measure that begin an expression."""
+"""Dimension of the results of operators at the beginning of an expression."""
 
 
 def asked_at(view: View, place: Place) -> Asked | None:
-    """What a place asks for; None where that is open."""
+    """Return the kind of value that a place takes; None if that is open."""
     if not place.left:
         return None
     first, previous = _words(place.left[0].text), place.previous
@@ -95,7 +95,7 @@ def _measured(place: Place) -> bool:
 
 
 def _like(view: View, name: str) -> Asked:
-    """A number of the dimension of what stands on the other side."""
+    """Return a number of the dimension of the other side."""
     symbol = view.known(len(view.text)).get(name)
     return Asked(Sort.NUMBER, None if symbol is None else _dimension(view.values_of(symbol)))
 
@@ -107,7 +107,7 @@ def _of_property(name: str) -> Asked | None:
 
 
 def _of_argument(place: Place) -> Asked | None:
-    """What the argument is, by its name or its place, of what the language has built in."""
+    """Return the kind of value of an argument of a built-in function, by the name or position of the argument."""
     builtin = BUILTINS.get(place.left[place.callee].text)
     if builtin is None or not builtin.parameters or builtin.variadic:
         return None
@@ -124,11 +124,11 @@ def _of_argument(place: Place) -> Asked | None:
 
 
 def _reduced(place: Place) -> bool:
-    """Whether the place is inside the brackets of a reducer, where everything changes still."""
+    """Return whether the place is inside the brackets of a reducer, where values still change."""
     return any(index and place.left[index - 1].text in REDUCERS for index in place.open)
 
 
-# -- what fits ---------------------------------------------------------------------------------------------------------
+# -- fitting candidates ------------------------------------------------------------------------------------------------
 
 NO_VALUES = frozenset({Kind.CLASS.value, Kind.ACTION.value, Kind.BEHAVIOUR.value})
 """Kinds of built-in names that are no values by themselves."""
@@ -157,13 +157,13 @@ def fitting(view: View, place: Place, candidates: Iterable[Candidate]) -> Iterat
 
 
 def _is_hidden(symbol: Symbol, place: Place) -> bool:
-    """Whether a name has no value here: a definition, or a name of another block."""
+    """Return whether a name has no value here: a definition, or a name of another block."""
     elsewhere = symbol.kind in (SymbolKind.LOCAL, SymbolKind.ARGUMENT) and symbol.scope.end < place.start
     return symbol.kind in NO_VALUE_SYMBOLS or (elsewhere and not place.indent)
 
 
 def _is_astray(candidate: Candidate, place: Place, first: str) -> bool:
-    """Whether a built-in name means nothing in such a statement."""
+    """Return whether a built-in name has no meaning in such a statement."""
     if candidate.label == "self":
         return not place.indent and first not in ("expect", *OVER_RUN)
     return candidate.kind == Kind.DISTRIBUTION.value and first in (*CONDITIONS, *OVER_RUN)
@@ -181,7 +181,10 @@ def _for_truth(_asked: Asked, value: object) -> int | None:
 
 
 def _for_number(asked: Asked, value: object) -> int | None:
-    """Numbers of the dimension, or without a unit, which adopt one; objects have numbers."""
+    """Return the rank of a value as a number.
+
+    Numbers of the dimension fit, and those without a unit, which adopt one; objects have numbers.
+    """
     if isinstance(value, Truth):
         return None
     if not isinstance(value, Quantity):
@@ -192,7 +195,7 @@ def _for_number(asked: Asked, value: object) -> int | None:
 
 
 def _for_run(asked: Asked, value: object) -> int | None:
-    """What changes is to be reduced first."""
+    """Return the rank of a quantity as the operand of a reducer; None for other values."""
     return _for_number(asked, value) if isinstance(value, Quantity) else None
 
 

@@ -1,4 +1,4 @@
-"""What is said about the word under the pointer, as Markdown."""
+"""Hover text of the word under the pointer, as Markdown."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class Hover:
 
 
 def hover(view: View, offset: int) -> Hover | None:
-    """What is known about what stands at an offset."""
+    """Return the hover text for an offset; None without a known token."""
     index = view.index(offset)
     if index < 0 or view.tokens[index].is_text:
         return None
@@ -71,7 +71,7 @@ def _name(view: View, token: Token) -> str:
 
 
 def symbol_text(view: View, symbol: Symbol, here: str = "") -> str:
-    """A definition: how it is written, what it is worth, and what its docstring says."""
+    """Return the text of a definition: its form, its value, and its docstring."""
     worth = view.worth(view.values_of(symbol)) or here
     if not symbol.parameters and symbol.kind.value not in ("behavior", "monitor", "scenario", "class", "import"):
         worth = (
@@ -81,7 +81,7 @@ def symbol_text(view: View, symbol: Symbol, here: str = "") -> str:
 
 
 def builtin_text(builtin: Builtin) -> str:
-    """Signature, sentence, and what each argument must be."""
+    """Return signature, sentence, and the requirements on each argument."""
     arguments = [f"- `{p.name}`: {argument_text(p)}" for p in builtin.parameters if argument_text(p)]
     head = f"{builtin.kind.value} {builtin.signature}" if builtin.kind is not Kind.CONSTANT else builtin.name
     return joined(code(head), builtin.doc, "\n".join(arguments))
@@ -136,7 +136,7 @@ def attribute_doc(name: str) -> str:
 
 
 def unit_text(word: str) -> str:
-    """What a unit measures, and its size."""
+    """Return a unit's dimension and size."""
     unit = UNITS[word]
     others = ", ".join(f"`{u.word}`" for u in UNITS.values() if u.dimension == unit.dimension and u is not unit)
     return joined(code(f"1 {word}"), explained_unit(unit.dimension, unit.factor), f"also {others}" if others else "")
@@ -183,7 +183,7 @@ def joined(*parts: str) -> str:
 
 
 def parameters_of(view: View, name: str, offset: int) -> tuple[str, tuple[tuple[str, str], ...]] | None:
-    """Form of what is called `name`, and its arguments with their texts; None if it cannot be called."""
+    """Return the form of the callable `name`, and its arguments with their texts; None if it cannot be called."""
     symbol = view.known(offset).get(name)
     if symbol is not None and symbol.parameters:
         return symbol.form, tuple((p.name, "") for p in symbol.parameters)

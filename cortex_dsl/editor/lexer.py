@@ -1,5 +1,6 @@
-"""Colours of `.scn` text, for Pygments and whatever builds on it (rich, prompt_toolkit, Sphinx), and the text as tokens
-with their places, for what an editor asks.
+"""Colours of `.scn` text, for Pygments and programs based on it (rich, prompt_toolkit, Sphinx).
+
+The module also splits a text into tokens with their places, for editors.
 """
 
 import re
@@ -112,7 +113,7 @@ class ScnLexer(RegexLexer):
     }
 
 
-# -- A text as the lexer sees it, with offsets: what stands at a place, also where the text is broken ------------------
+# -- A text as the lexer sees it, with offsets: the token at a place, also in broken text ------------------------------
 
 _WORD = re.compile(r"[^\W\d]\w*")
 _LEXER = ScnLexer()

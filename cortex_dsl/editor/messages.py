@@ -1,4 +1,4 @@
-"""From what the analysis says to the types of the language server protocol, quick fixes included."""
+"""From the analysis to the types of the language server protocol, including quick fixes."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -19,7 +19,7 @@ from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
 
-# -- What an editor can do to a text: format it, and apply cures -------------------------------------------------------
+# -- Operations of an editor on a text: formatting, and applying cures -------------------------------------------------
 
 _MEANT = re.compile(r"did you mean `([^`]+)`\?")
 _WRITE = re.compile(r"write `([^`…]+)`")
@@ -36,7 +36,7 @@ class Cure:
 
 
 def cures(source: Source, diagnostics: tuple[Diagnostic, ...], around: Span) -> Iterator[Cure]:
-    """Cures of the diagnostics that touch a stretch of text, where one word has to be replaced by another."""
+    """Yield the cures of the diagnostics that touch a stretch of text and replace one word by another."""
     for diagnostic in diagnostics:
         span = diagnostic.label.span
         if span.start > around.end or span.end < around.start or span.end > len(source.text):
@@ -50,7 +50,7 @@ def cures(source: Source, diagnostics: tuple[Diagnostic, ...], around: Span) -> 
 
 
 def _misspelt(source: Source, span: Span, meant: str) -> Span | None:
-    """The word of a stretch of text that was meant to be another."""
+    """Return the word in a stretch of text that resembles the intended one."""
     text = source.slice(span)
     if text and not re.search(r"[\s=(]", text):
         return span
@@ -70,7 +70,7 @@ def formatted(name: str, text: str) -> str | None:
         return None
 
 
-# -- What the server sends ---------------------------------------------------------------------------------------------
+# -- Messages of the server --------------------------------------------------------------------------------------------
 
 SOURCE = "cortexc"
 SEVERITIES = {
@@ -110,7 +110,7 @@ def span_range(positions: Positions, span: Span) -> types.Range:
 
 
 def location(file: OpenFile, target: Target, encoding: str) -> types.Location:
-    """A place, in the open file or in one that it imports."""
+    """Return a place, in the open file or in one that it imports."""
     uri = file.uri if target.file == file.name else uris.from_fs_path(str(Path(target.file).absolute()))
     return types.Location(uri or file.uri, span_range(Positions(target.text, encoding), target.span))
 
@@ -150,7 +150,7 @@ def _related(
 
 
 def _import_of(analysis: Analysis) -> Span:
-    """Where the file imports anything at all."""
+    """Return the span of the first import statement."""
     statement = next(import_statements(analysis.module), None) if analysis.module is not None else None
     return statement.span if statement is not None else Span(0, 0)
 

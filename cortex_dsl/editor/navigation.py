@@ -1,4 +1,4 @@
-"""Where a name comes from, where else it is used, and what a file consists of."""
+"""Definitions and uses of names, and the outline of a file."""
 
 import re
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ class Target:
 
 
 def definition(view: View, offset: int) -> Target | None:
-    """Where what stands at an offset is defined; in another file, if it comes from there."""
+    """Return the definition of the name at an offset; it may lie in another file."""
     index = view.index(offset)
     if index < 0:
         return None
@@ -51,7 +51,7 @@ def target_of(source: Source, span: Span) -> Target:
 
 
 def _elsewhere(view: View, index: int, symbol: Symbol | None) -> Target | None:
-    """In an imported file: what a name of it means, or its beginning for the name of the file itself."""
+    """Return the definition of a name in an imported file, or the beginning of that file for its own name."""
     token = view.tokens[index]
     if symbol is not None:
         return _of_import(view, symbol, symbol.origin)
@@ -112,7 +112,7 @@ def _parameter(view: View, called: Symbol, name: str) -> Symbol | None:
 
 
 def references(view: View, offset: int) -> list[Span]:
-    """Every place that means the same as what stands at an offset, its definition among them."""
+    """Return every place with the same meaning as the name at an offset, including its definition."""
     index = view.index(offset)
     symbol = resolved(view, index) if index >= 0 and view.fresh else None
     return [] if symbol is None else list(_uses(view, symbol))
@@ -131,10 +131,10 @@ class CannotRenameError(CortexError):
 
 
 def rename(view: View, offset: int, name: str) -> list[Span]:
-    """The places to be changed.
+    """Return the places to be changed.
 
     Raises:
-        CannotRenameError: what stands there has no definition here, or the new name is none.
+        CannotRenameError: the name has no definition here, or the new name is invalid.
     """
     if not _NAME.fullmatch(name) or name in RESERVED:
         raise CannotRenameError(
@@ -161,7 +161,7 @@ class Outline:
 
 
 def outline(view: View) -> list[Outline]:
-    """What the file defines."""
+    """Return the definitions of the file as an outline."""
     symbols = [s for s in view.analysis.symbols if s.kind in OUTLINED]
     blocks = [s for s in symbols if s.kind in (SymbolKind.SCENARIO, SymbolKind.CLASS)]
     inside: dict[Span, list[Outline]] = {block.span: [] for block in blocks}

@@ -1,4 +1,4 @@
-"""The files that are open in the editor, each with its latest text and what is known about it; positions in them."""
+"""Files that are open in the editor, each with its latest text and its analysis; positions in them."""
 
 import asyncio
 import logging
@@ -71,7 +71,7 @@ class Buffers(Folder):
     """The files of this computer, as they are in the editor where it has them open."""
 
     texts: Mapping[str, str] = field(default_factory=dict)
-    """By identity."""
+    """Texts by identity."""
 
     def read(self, name: str) -> Source:
         text = self.texts.get(self.identity(name))
@@ -87,18 +87,18 @@ class OpenFile:
     text: str
     generation: int = 0
     latest: Analysis = field(default_factory=lambda: Analysis(Source("", "")))
-    """Of the last text that was compiled."""
+    """Analysis of the last compiled text."""
     tree: Analysis = field(default_factory=lambda: Analysis(Source("", "")))
-    """Of the last text that had a syntax tree."""
+    """Analysis of the last text with a syntax tree."""
     checking: "asyncio.Task[None] | None" = None
     closed: bool = False
     files: Buffers = Buffers()
-    """Where its imports come from."""
+    """Source of its imports."""
     _view: View | None = None
 
     @property
     def view(self) -> View:
-        """The text as it is now, with what is known about it; the same object until one of them changes."""
+        """Return the present text with its analysis; the same object until one of them changes."""
         if self._view is None or self._view.text is not self.text or self._view.analysis is not self.tree:
             self._view = View(self.name, self.text, self.tree, self.files)
         return self._view
@@ -111,7 +111,7 @@ class OpenFile:
         self.generation += 1
 
     def imports(self, other: "OpenFile") -> bool:
-        """Whether it read another file when it was last compiled."""
+        """Return whether it imported another file at its last compilation."""
         read = {self.files.identity(each.name) for each in self.latest.source.imported}
         return self.files.identity(other.name) in read
 

@@ -1,4 +1,4 @@
-"""Where in a statement a place is: what stands before it, which brackets are open, what is being called."""
+"""A place in a statement: the tokens before it, the open brackets, and the callee."""
 
 import re
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class Place:
 
     @property
     def previous(self) -> str:
-        """Text of the token before, blanks made one."""
+        """Return the text of the previous token, with each run of blanks replaced by a single blank."""
         return " ".join(self.left[-1].text.split()) if self.left else ""
 
     @property
@@ -46,7 +46,7 @@ class Place:
 
     @property
     def after_value(self) -> bool:
-        """Whether an operator can follow."""
+        """Return whether an operator can follow."""
         if self.before is None:
             return False
         named = self.before.is_name or self.before.is_unit or self.before.kind in Number or self.before.is_text
@@ -54,7 +54,7 @@ class Place:
 
     @property
     def callee(self) -> int:
-        """Index of the word whose arguments these are; -1 outside of calls."""
+        """Return the index of the word that the arguments belong to; -1 outside of calls."""
         if not self.open or self.left[self.open[-1]].text != "(" or not self.open[-1]:
             return -1
         return self.open[-1] - 1 if self.left[self.open[-1] - 1].text.isidentifier() else -1
@@ -70,7 +70,7 @@ class Place:
 
     @property
     def in_new(self) -> bool:
-        """Whether specifiers can stand here."""
+        """Return whether specifiers can be here."""
         since = self.open[-1] if self.open else -1
         return any(token.text in ("new", "override") for token in self.left[since + 1 :])
 
@@ -122,7 +122,7 @@ def _statement(view: View, start: int) -> tuple[tuple[Token, ...], tuple[int, ..
 
 
 def _ends(text: str, token: Token, following: int) -> bool:
-    """Whether a statement is over between a token and an offset."""
+    """Return whether a statement ends between a token and an offset."""
     if token.text == ";":
         return True
     between = text[token.end : following]

@@ -1,4 +1,4 @@
-"""`cortexc lsp`: the language server. It keeps the open files and answers from the modules beside it."""
+"""`cortexc lsp`: the language server. It holds the open files and answers by the other modules of this folder."""
 
 import asyncio
 import contextlib

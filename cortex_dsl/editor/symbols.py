@@ -11,7 +11,7 @@ from cortex_dsl.syntax import nodes
 
 
 class SymbolKind(Enum):
-    """What a name is; the value is how hover texts call it."""
+    """Kind of a name; the value is its word in hover texts."""
 
     PARAM = "param"
     VARIABLE = "variable"
@@ -37,14 +37,14 @@ class Symbol:
     whole: Span
     """The statement that defines it."""
     scope: Span
-    """Where it is known."""
+    """Region of the text in which the name is visible."""
     value: nodes.Expression | None = None
     form: str = ""
     """How it is defined, in one line."""
     doc: str = ""
     parameters: tuple[nodes.Parameter, ...] = ()
     origin: str = ""
-    """What an imported name is called in its own file."""
+    """Name of an imported name in its own file."""
 
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition

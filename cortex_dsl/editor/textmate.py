@@ -2,7 +2,7 @@
 
 In a clone it goes into `editors/`; an installed cortexc has no such folder and prints it.
 
-Its rules stand in the order of the lexer's, with the same expressions; a test holds the colours of the two together.
+Its rules have the order and the expressions of the lexer's; a test compares the colours of both.
 """
 
 import sys
@@ -17,7 +17,7 @@ from engine.strict_json import json_text
 PATH = Path(__file__).parents[2] / "editors" / "cortex.tmLanguage.json"
 SCOPE = "source.scn"
 START = rf"(?:^|[:;]){BLANK}*"
-"""The beginning of a statement: a line's, or what follows the colon of a block or a semicolon."""
+"""Beginning of a statement: the beginning of a line, or the text after the colon of a block or a semicolon."""
 
 Rule = dict[str, Any]
 

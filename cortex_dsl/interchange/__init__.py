@@ -1,5 +1,4 @@
-"""Found cases for other people's tools: what a case is, the table of formats, and the formats that need the language.
+"""Cases for other tools: the case, the table of formats, and the formats that need the language.
 
-Formats that know motion only are written, read and checked by `engine.interchange`, from a recording; `formats.py`
-names them all.
+`engine.interchange` writes, reads and checks formats of motion alone, from a recording; `formats.py` names all formats.
 """

@@ -24,7 +24,7 @@ from engine.search.store import without_folders
 from engine.streams import format_key
 from engine.vocabulary import Verdict
 
-# -- what programs do not keep of one scene ----------------------------------------------------------------------------
+# -- data of one scene that programs do not contain --------------------------------------------------------------------
 
 
 def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTimes | None:
@@ -66,7 +66,7 @@ class ExportCase(RecordedCase):
     run: OpenedRun | None = None
     """The search that found it; None for the scene of a file."""
     rank: int | None = None
-    """In that search, 1 the worst."""
+    """Rank in that search, 1 is the worst; None without a search."""
 
     @property
     def road_provenance(self) -> Provenance:
@@ -170,10 +170,10 @@ def _genome(origin: _Origin) -> dict[str, str]:
 
 
 def _date() -> str:
-    """What formats take for the date of a file: none of its own, so that the same case gives the same file.
+    """Return the date for files of formats that need one: a constant, so that the same case gives the same file.
 
-    A case is its seed, not a moment: neither journals nor scenarios keep one, and the time at which a file was changed
-    is lost by the first copy. A date can be given as for reproducible builds, in SOURCE_DATE_EPOCH
+    A case is defined by its seed; neither journals nor scenarios store a time, and a copy loses the time of change of a
+    file. SOURCE_DATE_EPOCH can set the date, as for reproducible builds
     (https://reproducible-builds.org/specs/source-date-epoch/).
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")

@@ -1,6 +1,6 @@
-"""The table of formats that a case can be written in, and their writers and checkers.
+"""The table of export formats for a case, and their writers and checkers.
 
-Each function imports what it needs when it is called. A new format is a row and two functions; see CONTRIBUTING.md.
+Each function imports its modules when it is called. A new format is a row and two functions; see CONTRIBUTING.md.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,24 +19,24 @@ TABLES = (".csv", ".parquet")
 LOGS = (".xml", ".txt", ".log", ".osi", ".mcap")
 SCENARIO = ".xosc"
 RECORDINGS = (*TABLES, *LOGS, SCENARIO)
-"""Suffixes of the recordings that are read: tables of trajectories, what simulators and data sets write otherwise (see
+"""Suffixes of readable recordings: tables of trajectories, logs of simulators and data sets (see
 `engine.interchange.sources`), and OpenSCENARIO files with timed polylines."""
 
 
 class Writer(Protocol):
-    """Returns the files of one case, whose names begin with `stem`."""
+    """Function that returns the files of one case; their names begin with `stem`."""
 
     def __call__(self, case: "ExportCase", stem: str, options: "ExportOptions", /) -> "Export": ...
 
 
 class RecordingWriter(Protocol):
-    """Returns the files of a recording, whose names begin with `stem`."""
+    """Function that returns the files of a recording; their names begin with `stem`."""
 
     def __call__(self, recording: "Recording", stem: str, /) -> "Export": ...
 
 
 class Checker(Protocol):
-    """Returns what is wrong with the files of one case, which were written into a folder under these names."""
+    """Function that returns the errors in the files of one case, which were written into a folder under these names."""
 
     def __call__(
         self, case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions", /
@@ -48,13 +48,13 @@ class Format:
     """One row."""
 
     suffixes: tuple[str, ...]
-    """Of the files it writes, the one to open first before the others."""
+    """Suffixes of the files that it writes; first the file to open."""
     summary: str
-    """What is in them."""
+    """Contents of these files."""
     readers: str
-    """Who reads them."""
+    """Programs that read them."""
     opened: str
-    """What to do with it, `{file}` being the first file."""
+    """Instruction for opening the first file, which is `{file}`."""
     writer: Writer
     """Function that writes a case."""
     checker: Checker
@@ -64,9 +64,9 @@ class Format:
     of_recording: RecordingWriter | None = None
     """Function that writes a recording from elsewhere; None: the format needs more than motion."""
     needs: str = ""
-    """What a recording from elsewhere lacks, so that it cannot be turned into this."""
+    """Data that an imported recording lacks, so that it cannot be written in this format."""
     package: str = ""
-    """What must be installed beside cortexc, by the name of its import."""
+    """Package that must be installed in addition to cortexc, by the name of its import."""
     extra: str = ""
     """The extra of cortexc that brings it."""
 
@@ -132,7 +132,7 @@ def scenic(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
     """Return `<stem>.scenic` and the road that it reads.
 
     Raises:
-        InterchangeError: the road, or what the scenario imports, is nothing that Scenic reads.
+        InterchangeError: Scenic cannot read the road, or an import of the scenario.
     """
     from cortex_dsl.interchange.scenic import refuse_left_hand, write_scenic
     from engine.interchange.contract import Export
@@ -175,7 +175,7 @@ def scn(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
 
 
 def _of_recording(write: RecordingWriter) -> Writer:
-    """Turn a writer of recordings into a writer of cases: it writes actors that take part and remarks on others."""
+    """Turn a writer of recordings into a writer of cases: it writes present actors, with remarks on the others."""
 
     def written(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
         from engine.interchange.after_contact import shown_after_contact
@@ -246,7 +246,7 @@ def _check_scn(case: "ExportCase", folder: Path, names: Sequence[str], options: 
 # -- the table ---------------------------------------------------------------------------------------------------------
 
 PLAYED_BY_CARLA = "python scenario_runner.py --sync --frameRate RATE --openscenario {file}"
-"""What to do with an `.xosc` written for CARLA, in the folder of ScenarioRunner; RATE is in ticks a second."""
+"""Command for an `.xosc` written for CARLA, in the folder of ScenarioRunner; RATE is in ticks a second."""
 _ROAD, _SCENARIO = "a road made by `map`", "the scenario that it was a run of"
 _MOTION = "motion at every sample, metrics and risk"
 FORMATS: Mapping[str, Format] = {
@@ -334,22 +334,22 @@ FORMATS: Mapping[str, Format] = {
         checked="compiled and run again: every state and every metric, bit for bit",
     ),
 }
-"""By the name that `--to` takes."""
+"""Formats by the name that `--to` takes."""
 
 
 CHECKED_BY_MODE: Mapping[str, str] = {
     "trajectory": _MOTION,
     "maneuver": "the rules of the format; motion is not checked, as only a simulator produces it",
 }
-"""What is checked of an `.xosc`, by how it is written."""
+"""Scope of the check of an `.xosc`, by its form."""
 
 
 def checked_of(name: str, mode: str) -> str:
-    """What a check looks at."""
+    """Return the scope of a check."""
     return FORMATS[name].checked.format(mode=CHECKED_BY_MODE[mode])
 
 
 def missing_extra(name: str) -> str:
-    """How to install what a format needs and is not there; "" where nothing is missing."""
+    """Return how to install the missing package of a format; "" if nothing is missing."""
     entry = FORMATS[name]
     return "" if is_installed(entry.package) else installing(entry.extra)

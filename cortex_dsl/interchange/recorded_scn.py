@@ -1,7 +1,8 @@
-"""A recording as a scenario: everybody replays what was recorded, and params around it are ready for a search.
+"""A recording as a scenario: all actors replay the recording, with params around it for a search.
 
-With its params at what was seen (0 m, pace 1) a run of it is the recording again. Positions are moved and turned as one
-where no road is known, so that the ego begins on a straight one, as neither distances nor any metric change by that.
+With its params at the recorded values (0 m, pace 1) a run of it is the recording again. Without a known road, all
+positions are moved and turned together so that the ego begins on a straight one; neither distances nor any metric
+change by that.
 """
 
 import math
@@ -24,11 +25,11 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
 
 DIGITS = 9
-"""Of positions, headings and speeds behind the point [m, rad, m/s]."""
+"""Decimals of positions, headings and speeds [m, rad, m/s]."""
 AROUND = 0.5
-"""How far ahead or behind a start is searched, in seconds of the mean speed …"""
+"""Range of a varied start along the way, ahead or behind, in seconds of the mean speed."""
 LEAST, MOST = 1.0, 10.0
-"""… and within these bounds [m]."""
+"""Bounds of that range [m]."""
 PACES = 0.9, 1.1
 STEPS = 1e-4, 1.0
 """Time steps that a scenario may have [s]."""
@@ -41,8 +42,10 @@ WIDTH = 96
 
 
 def write_recorded(recording: Recording, stem: str, road_file: str | None, partner: int) -> Export:
-    """`<stem>.scn`; `road_file`: the `.xodr` beside it, where the recording has one; `partner`: whom the search is
-    about beside the ego.
+    """Return `<stem>.scn`.
+
+    `road_file` is the `.xodr` next to it, if the recording has one; `partner` is the actor of the search, in addition
+    to the ego.
 
     Raises:
         InterchangeError: the ego is not there from the beginning, or its track alone is too long.
@@ -75,11 +78,11 @@ NO_ROAD = "no road was recorded: a straight one is drawn under the ego, and posi
 
 @dataclass(frozen=True)
 class _Role:
-    """One of those who are there at the beginning."""
+    """An actor that is present at the beginning."""
 
     actor: int
     name: str
-    """Of its variable."""
+    """Name of its variable."""
 
     @property
     def param(self) -> str:
@@ -108,7 +111,7 @@ def _on_a_road(recording: Recording) -> Recording:
     return replace(recording, states=states)
 
 
-# -- what is written of each -------------------------------------------------------------------------------------------
+# -- text of each actor ------------------------------------------------------------------------------------------------
 
 
 def _rows(recording: Recording, actor: int) -> Floats:
@@ -124,7 +127,7 @@ def _moves(rows: Floats) -> bool:
 
 
 def _is_replayed(recording: Recording, role: _Role) -> bool:
-    """Whether an actor has a track: who stands all the time has none, and a thing never."""
+    """Return whether an actor has a track: an actor that always stands has none, and a thing never has one."""
     rows = _rows(recording, role.actor)
     stays = not _moves(rows) and len(rows) == len(recording)
     return len(rows) > 1 and not stays and recording.actors[role.actor].kind != ActorKind.OBSTACLE
@@ -138,7 +141,7 @@ def _track(recording: Recording, role: _Role) -> list[str]:
 
 
 def _params(recording: Recording, role: _Role) -> Iterator[str]:
-    """Where it starts along its way, and how fast time passes for it: around what was seen."""
+    """Yield the params of start offset along the way and of pace, with ranges around the recorded values."""
     if _is_replayed(recording, role):
         speed = float(np.abs(_rows(recording, role.actor)[:, 4]).mean())
         ahead = round(min(MOST, max(LEAST, AROUND * speed)), 1)
@@ -148,7 +151,7 @@ def _params(recording: Recording, role: _Role) -> Iterator[str]:
 
 
 def _object(recording: Recording, role: _Role, *, searched: bool) -> Iterator[str]:
-    """A new object, its size, and what it does."""
+    """Yield a new object, its size, and its behaviour."""
     actor, rows = recording.actors[role.actor], _rows(recording, role.actor)
     replayed = _is_replayed(recording, role)
     searched = searched and replayed
@@ -182,14 +185,14 @@ def _body(actor: RecordedActor, fastest: float) -> Iterator[str]:
 
 
 def _overlaps(recording: Recording, actor: int) -> bool:
-    """Whether somebody is so near at the beginning that outlines may overlap when starts are varied."""
+    """Return whether another actor is so near at the beginning that outlines may overlap when starts are varied."""
     x, y = recording.states[0, :, State.X], recording.states[0, :, State.Y]
     size = np.array([math.hypot(each.length, each.width) for each in recording.actors])
     near = np.hypot(x - x[actor], y - y[actor]) < 0.5 * (size + size[actor])
     return bool((near & recording.there[0]).sum() > 1)
 
 
-# -- what is written around it -----------------------------------------------------------------------------------------
+# -- text around the actors --------------------------------------------------------------------------------------------
 
 
 def _head(recording: Recording, stem: str, kept: Sequence[_Role], partner: int) -> Iterator[str]:
@@ -240,7 +243,7 @@ def _number(value: float) -> str:
 def _fitting(
     recording: Recording, roles: Sequence[_Role], tracks: dict[int, list[str]], partner: int
 ) -> Iterator[_Role]:
-    """Those whose tracks have room in a scenario: the ego, its partner, and who comes nearest to the ego first.
+    """Return the roles whose tracks fit in a scenario: the ego, its partner, then the actors nearest to the ego.
 
     Raises:
         InterchangeError: those two alone are too much.
@@ -260,7 +263,7 @@ def _fitting(
 
 
 def _remarks(recording: Recording, roles: Sequence[_Role], kept: Sequence[_Role]) -> Iterator[str]:
-    """On who is left out, or does otherwise than recorded."""
+    """Yield remarks on actors that are omitted, or whose motion differs from the recording."""
     actors = recording.actors
     there = {role.actor for role in roles}
     if late := [actor.name for number, actor in enumerate(actors) if number not in there]:

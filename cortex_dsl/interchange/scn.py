@@ -16,7 +16,7 @@ from engine.streams import parse_key
 
 
 def write_scn(case: "ExportCase", stem: str, _options: ExportOptions) -> Export:
-    """The concrete scenario, and copies of what it imports."""
+    """Return the concrete scenario, and copies of its imports."""
     facts = case.recording.provenance.facts
     remark = "\n".join(f"{name}: {facts[name]}" for name in ("scenario", "risk", "search", "command") if name in facts)
     texts = case.scenario.concrete_files(case.scenes, remark=remark, name=f"{stem}.scn")

@@ -10,25 +10,25 @@ from engine.interchange.contract import Export, ExportOptions, InterchangeError
 
 @dataclass(frozen=True)
 class Gathered:
-    """What is to be written, and what is to be said about it."""
+    """Files to write, with their remarks."""
 
     files: dict[str, bytes] = field(default_factory=dict)
-    """Contents by file name; several cases may share one."""
+    """Contents by file name; several cases may share a file."""
     formats: dict[str, str] = field(default_factory=dict)
-    """By file name, the format whose row first asked for it."""
+    """Format of the row that first asked for the file, by file name."""
     names: list[list[str]] = field(default_factory=list)
-    """Of each case, the names of all its files."""
+    """Names of all files of each case."""
     remarks: dict[tuple[str, str], list[int]] = field(default_factory=dict)
-    """By format and sentence, the cases (from 0) that it is about."""
+    """Cases (from 0) of each remark, by format and sentence."""
     refused: dict[str, InterchangeError] = field(default_factory=dict)
-    """By format, why it cannot carry a case; nothing is written in it."""
+    """Error for each format that cannot represent a case; no file of that format is written."""
 
 
 def gather(cases: Sequence[ExportCase], formats: Sequence[str], options: ExportOptions) -> Gathered:
-    """The files of every case in every format that can carry them all; the others are `refused`.
+    """Return the files of every case in every format that can represent all cases; the other formats are `refused`.
 
     Raises:
-        InterchangeError: none can; its place names case and format.
+        InterchangeError: no format can; its place names case and format.
     """
     made: dict[str, list[Export]] = {}
     gathered = Gathered()

@@ -1,11 +1,12 @@
-"""Behaviours to rows: structured acts become jumps over resumable blocks.
+"""Compile behaviours to rows: structured acts become jumps over resumable blocks.
 
-A block is a stretch of behaviour that keeps its own place: the main line of an actor, the body of a `try`, each of
-its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `RESUME b` goes there. A `try` notes in
-its parent that the next turn starts at its dispatch, which asks the handlers from the last to the first whether they
-are running or should start, and resumes the first that is, else the body. That is all there is to Scenic's interrupts:
-later clauses win, may interrupt earlier ones, which then resume. Monitors and `compose` are such code without an actor.
-What a `compose` runs has its turn within its caller's: it ends it by resuming the caller's block.
+A block is a stretch of behaviour with a place of its own: the main line of an actor, the body of a `try`, each of its
+handlers. `YIELD b` ends the actor's turn and stores the place at which block b continues; `RESUME b` continues there. A
+`try` stores in its parent that the next turn starts at its dispatch, which tests the handlers from the last to the
+first for whether they are running or should start, and resumes the first such handler, else the body. This implements
+Scenic's interrupts: later clauses take precedence and may interrupt earlier ones, which then resume. Monitors and
+`compose` are such code without an actor. A coroutine that a `compose` runs has its turn within its caller's and ends it
+by resuming the caller's block.
 """
 
 from collections.abc import Sequence
@@ -52,7 +53,7 @@ class Coroutines:
     """None for an actor without behaviour."""
     monitors: Sequence[Coroutine]
     callers: dict[int, int] = field(default_factory=dict)
-    """By monitor: the block that advances it, once that has been written."""
+    """Block that advances each monitor, once that block has been written."""
 
 
 @dataclass
@@ -65,14 +66,14 @@ class BehaviourWriter:
     blocks: Numbers
     locals: Numbers
     block: int
-    """The block whose code is being written."""
+    """Block that is being written."""
     caller: int = -1
-    """The block that goes on when this coroutine's turn is over; -1: none, which ends the turn of all."""
+    """Block that continues after this coroutine's turn; -1: none, which ends the turn of all."""
     loops: list[LoopTargets] = field(default_factory=list)
     tries: list[Target] = field(default_factory=list)
     scopes: dict[int, Target] = field(default_factory=dict)
     invariants: Sequence[tuple[ir.Expr, int]] = ()
-    """Of the scope whose own code is being written."""
+    """Invariants of the scope whose code is being written."""
 
     def write(self, acts: ir.Block) -> None:
         for act in acts:
@@ -159,7 +160,7 @@ class BehaviourWriter:
         self.buffer.emit(Op.JUMP, None, target)
 
     def _yield(self) -> None:
-        """End the turn; what must always hold is tested when the scope itself goes on."""
+        """End the turn; invariants are tested when the scope itself continues."""
         if self.caller < 0:
             self.buffer.emit(Op.YIELD, None, self.block)
         else:
@@ -168,7 +169,7 @@ class BehaviourWriter:
         self._test_invariants()
 
     def _return_at(self, again: Target | int) -> None:
-        """Let the caller go on; this block does so at a row of its own in its next turn, or (-1) never."""
+        """Continue the caller; in its next turn this block continues at a row of its own, or (-1) never."""
         self.buffer.emit(Op.SET_RESUME, None, self.block, again)
         self.buffer.emit(Op.RESUME, None, self.caller)
 

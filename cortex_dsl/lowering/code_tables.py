@@ -1,6 +1,6 @@
 """Symbolic code of all variants to the final code tables: templates one after another, registers with numbers.
 
-Beside them stand the groups of variants and the rows of temporal formulas.
+The tables also hold the groups of variants and the rows of temporal formulas.
 """
 
 from collections.abc import Sequence
@@ -24,18 +24,18 @@ from engine.frozen import frozen
 from engine.tables import CodeTables, Floats, Ints, ObjectiveTables, Size
 from engine.vocabulary import GeneKind
 
-# -- Variants arranged by what the genes decide ------------------------------------------------------------------------
+# -- Variants arranged by the choices of the genes ---------------------------------------------------------------------
 
 
 @frozen
 class Grouping:
-    """Variants arranged by what the genes decide: within a group, chance alone picks the variant."""
+    """Variants arranged by the choices of the genes: within a group, random numbers alone select the variant."""
 
     genes: tuple[int, ...]
     sizes: tuple[int, ...]
     start: tuple[int, ...]
     variants: tuple[ir.Variant, ...]
-    """Group after group; a variant that leaves a gene open stands in several groups."""
+    """Variants, group after group; a variant that leaves a gene open is in several groups."""
     cumulative: tuple[float, ...]
 
 

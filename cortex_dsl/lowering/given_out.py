@@ -27,7 +27,7 @@ def given_out(
     config: SimulationConfig,
     also: Callable[[ir.Variant], ir.Variant],
 ) -> list[float]:
-    """What a scene comes to among what its variant is also made to give out, as its last draws."""
+    """Return the values, in one scene, of the draws that `also` appends last to its variant."""
     program = lower(replace(whole, variants=tuple(map(also, whole.variants))))
     rows = slice(row, row + 1)
     again = sample(program, scenes.genomes[rows], scenes.keys[rows], config)
@@ -46,7 +46,7 @@ def light_times(whole: ir.Scenario, scenes: Scenes, row: int, config: Simulation
 
 
 def light_colours(whole: ir.Scenario, scenes: Scenes, row: int, config: SimulationConfig) -> Shown | None:
-    """What the lights show in scene `row`, for drawings; None as of `light_times`."""
+    """Return the colours of the lights in scene `row`, for drawings; None under the conditions of `light_times`."""
     times = light_times(whole, scenes, row, config)
     return None if times is None else partial(colour_of, times)
 
@@ -60,7 +60,7 @@ def colour_of(times: SignalTimes, phase: int, time: float) -> str:
 
 
 def _with_light_times(variant: ir.Variant) -> ir.Variant:
-    """The variant with the times of its lights among what it draws."""
+    """Return the variant with the times of its lights among its draws."""
     if (lights := variant.lights) is None:
         return variant
     times = (lights.green, lights.yellow, lights.all_red, lights.offset)

@@ -1,4 +1,4 @@
-"""Symbolic code: rows whose registers have no numbers yet, and expressions as such rows.
+"""Symbolic code: rows with registers that have no numbers yet, and expressions as such rows.
 
 Scene code and step code are written in the same way. Shared sub-expressions are computed once.
 """
@@ -76,7 +76,7 @@ Operand = Register | int | Target | Jump
 
 @frozen
 class Row:
-    """One instruction: op, destination, up to four operands. A plain int stands for itself."""
+    """One instruction: op, destination, up to four operands. A plain int is a literal operand."""
 
     op: Op
     destination: Register | None
@@ -154,7 +154,7 @@ class ExpressionWriter:
     buffer: CodeBuffer
     constants: Constants
     hoist: Callable[[ir.Expr], Register | None] = lambda _: None
-    """Where an expression already lies before this code runs (a scene value), or None."""
+    """Function that returns the register of an expression computed before this code runs (a scene value), or None."""
     known: MutableMapping[int, Register] = field(default_factory=dict)
     monitor_blocks: Sequence[int] = ()
     """Block of each monitor."""
@@ -164,7 +164,7 @@ class ExpressionWriter:
     """How many of the first actors alone hide, by the identity of a look on which the next actor depends."""
 
     def branch(self) -> "ExpressionWriter":
-        """A writer into the same buffer whose results the original will not rely on; it writes nothing meanwhile."""
+        """Return a writer into the same buffer; the original neither uses its results nor writes meanwhile."""
         return replace(self, known=ChainMap({}, self.known))
 
     def register(self, expression: ir.Expr) -> Register:
@@ -221,7 +221,7 @@ class ExpressionWriter:
         return first
 
     def _shades(self, look: ir.Expr) -> Register:
-        """How many outlines hide, and what they are: written once for all looks that the same ones may hide."""
+        """Return the number of hiding outlines and the outlines, written once for all looks that share them."""
         number = self.before.get(id(look), len(self.shades) // SHADE)
         if (key := -1 - number) not in self.known:  # no identity is below 0
             sources = [self.constants.add(float(number)), *map(self.register, self.shades[: number * SHADE])]

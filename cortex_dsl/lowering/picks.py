@@ -1,7 +1,7 @@
-"""`do choose` and `do shuffle`: one draw of the behaviour stream decides among the options allowed.
+"""`do choose` and `do shuffle`: one draw of the behaviour stream decides among the permitted options.
 
-The options' shares lie side by side on a line: each its weight, or nothing where it is not allowed. A uniform number
-times the line's length falls on one of them. Where the line has no length there is no way to go on: the run aborts.
+The shares of the options are adjacent on a line: each has its weight as length, or 0 if it is not permitted. A uniform
+number times the line's length falls on one of them. If the line has length 0, no option is left: the run aborts.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ class Picker:
         self.buffer.place(end)
 
     def shuffle(self, act: ir.Pick, left: Sequence[LocalRegister]) -> None:
-        """All options, one after another. `left` remembers, a local each, which are still to come."""
+        """Write all options, one after another. `left` stores, in a local each, which options remain."""
         top, end = Target(), Target()
         for flag in left:
             self.buffer.emit(Op.MOVE, flag, self.expressions.constants.add(1.0))
@@ -44,7 +44,7 @@ class Picker:
         self.buffer.place(end)
 
     def _draw(self, act: ir.Pick, left: Sequence[Register]) -> list[Target]:
-        """Code that goes on at the target of one option; the caller places the targets."""
+        """Write code that continues at the target of one option; the caller places the targets."""
         ends = self._shares(act.options, left)
         nothing, starts = Target(), [Target() for _ in ends]
         zero, drawn = self.expressions.constants.add(0.0), self.buffer.temporary()
@@ -61,7 +61,7 @@ class Picker:
         return starts
 
     def _shares(self, options: Sequence[ir.Option], left: Sequence[Register]) -> list[Register]:
-        """Where each option's share ends on the line."""
+        """Return the cumulative end of each option's share."""
         writer, ends = self.expressions.branch(), []
         zero = self.expressions.constants.add(0.0)
         end: Register = zero

@@ -87,7 +87,7 @@ def _reading(reading: ir.Reading) -> Reading:
 
 
 def _imported(source: Source) -> tuple[ImportedText, ...]:
-    """The imported files, named as seen from the main one."""
+    """Return the imported files, named relative to the main file."""
     folder = str(PurePath(source.name).parent)
     return tuple(ImportedText(relpath(f.name, folder), f.start, f.first_line, f.text) for f in source.imported)
 

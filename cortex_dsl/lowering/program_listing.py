@@ -1,8 +1,8 @@
-"""A program as a listing for people: what it holds, and its code with named registers, as an assembler would print it.
+"""A program as a readable listing: its contents, and its code with named registers, as in an assembler listing.
 
-Registers are called by what they hold: `=2.5` a literal, `v0` a variant value, `g0` a gene, `d0` a draw, `t0` a
+Names of registers show their contents: `=2.5` a literal, `v0` a variant value, `g0` a gene, `d0` a draw, `t0` a
 temporary of scene code; `s0` a scene value, `r0` a local or temporary of step code. Operands that are no registers are
-printed bare; jumps name rows.
+bare; jumps name rows.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -174,7 +174,7 @@ def _instruction(row: Sequence[int], name: Namer) -> str:
 
 
 def _plain(op: Op, position: int, operand: int) -> str:
-    """A number that stands for itself, as a word where it has one."""
+    """Return a literal operand, as a word if it has one."""
     if op == Op.STATE and position == 1:
         return State(operand).name.lower()
     if op == Op.TTC and position == 2:

@@ -1,4 +1,4 @@
-"""What hides what at the start of a scene: the outlines that `Op.CAN_SEE` reads."""
+"""Occlusion at the start of a scene: the outlines that `Op.CAN_SEE` reads."""
 
 from collections.abc import Sequence
 
@@ -8,11 +8,11 @@ from engine.opcodes import Op
 from engine.vocabulary import Column
 
 HIDING = (Column.X, Column.Y, Column.HEADING, Column.LENGTH, Column.WIDTH)
-"""What `Op.CAN_SEE` reads of an outline that may hide, before whether it does."""
+"""Columns of an outline that `Op.CAN_SEE` reads, before the flag for whether it hides others."""
 
 
 def outlines_that_hide(actors: Sequence[ir.Actor]) -> tuple[ir.Expr, ...]:
-    """Return all outlines at the start, in the order of the actors; who comes in later hides nobody yet."""
+    """Return all outlines at the start, in the order of the actors; an actor that appears later hides nothing yet."""
     items: list[ir.Expr] = []
     for actor in actors:
         items += [actor.columns[column] for column in HIDING]
@@ -21,8 +21,10 @@ def outlines_that_hide(actors: Sequence[ir.Actor]) -> tuple[ir.Expr, ...]:
 
 
 def looks_of_actors(actors: Sequence[ir.Actor]) -> dict[int, int]:
-    """Return the number of the first actor that depends on a look, by the look's identity: where an object is placed or
-    measured by what is seen, earlier objects alone hide that, for this one is not there yet.
+    """Return the number of the first actor that depends on a look, by the look's identity.
+
+    If an object is placed or measured by visibility, only earlier objects hide others, since the object itself does not
+    exist yet.
     """
     first: dict[int, int] = {}
     seen: set[int] = set()

@@ -76,7 +76,7 @@ class SceneValues:
 
     expressions: list[ir.Expr]
     numbers: dict[int, int] = field(init=False)
-    """By the identity of the expression; a value that is an actor's column too is kept once."""
+    """Number of each expression, by identity; a value that is also an actor's column is stored once."""
     dynamics: Dynamics = field(default_factory=Dynamics)
 
     def __post_init__(self) -> None:
@@ -90,7 +90,7 @@ class SceneValues:
         return self.numbers[key]
 
     def hoist(self, expression: ir.Expr) -> Register | None:
-        """Step code reads what is settled with the scene instead of computing it again."""
+        """Return the register of a value that is settled with the scene; step code reads it without computing it."""
         if isinstance(expression, ir.Pack) or self.dynamics.is_dynamic(expression):
             return None
         if isinstance(expression, ir.Apply) and expression.width > 1:
@@ -143,7 +143,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
 
 
 def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:
-    """Condition and margin. Later code must not rely on what a soft requirement or a margin has computed."""
+    """Write condition and margin. Later code must not reuse the results of a soft requirement or a margin."""
     within = writer if requirement.probability >= 1 else writer.branch()
     condition = _segment(buffer, within, requirement.condition)
     if requirement.margin is None:

@@ -1,7 +1,6 @@
 """`cortexc repl`: a scenario written entry by entry, each checked and its acceptance estimated at once.
 
-chunks -> entering (draft, diagnostics, acceptance), or a command of the table in `commands`; `state`
-holds what both work on.
+chunks -> entering (draft, diagnostics, acceptance), or a command of the table in `commands`; `state` is shared by both.
 """
 
 import argparse

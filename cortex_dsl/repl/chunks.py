@@ -26,13 +26,13 @@ class Open(Enum):
 
     NO = "no"
     LINE = "line"
-    """A bracket, a text, a comma or a backslash: the line itself goes on."""
+    """The line itself continues: after a bracket, a text, a comma or a backslash."""
     BLOCK = "block"
     """A colon has opened a block, which ends with a blank line or a dedent."""
 
 
 def openness(text: str) -> Open:
-    """Whether more lines belong to what has been typed."""
+    """Return whether more lines belong to the typed text."""
     depth, block, last = 0, False, ""
     for piece in _PIECE.finditer(text):
         kind, value = piece.lastgroup, piece.group()
@@ -50,7 +50,7 @@ def openness(text: str) -> Open:
 
 
 def parted(text: str) -> list[str]:
-    """What stands between the commas of a text, those inside brackets and strings left alone."""
+    """Return the parts of a text between its commas; commas inside brackets and strings do not separate."""
     depth, ends = 0, []
     for piece in _PIECE.finditer(text):
         kind, value = piece.lastgroup, piece.group()
@@ -62,12 +62,12 @@ def parted(text: str) -> list[str]:
 
 
 def is_command(text: str) -> bool:
-    """Whether a chunk is an order to the session and no part of the scenario."""
+    """Return whether a chunk is a command to the session and no part of the scenario."""
     return text.lstrip().startswith(":") or text.strip() in BARE_COMMANDS
 
 
 def is_whole(text: str) -> bool:
-    """Whether what has been typed can be entered: a block once a blank line or a dedented one ends it."""
+    """Return whether the typed text can be entered: a block once a blank line or a dedented one ends it."""
     if is_command(text) and "\n" not in text.strip():
         return True
     lines = text.split("\n")
@@ -89,7 +89,7 @@ class ChunkReader:
 
     readline: Callable[[], str]
     prompt: Callable[[bool], None]
-    """Called before a line is read; whether it goes on with a chunk."""
+    """Callback before a line is read; its argument is whether the line continues a chunk."""
     blank_ends: bool
     """Whether a blank line ends a block, as people type; in files, blocks have blank lines inside."""
     kept: list[str] = field(default_factory=list)
@@ -119,7 +119,7 @@ class ChunkReader:
         return line.rstrip("\r\n") if line else None
 
     def _is_next(self, lines: list[str], line: str) -> bool:
-        """Whether a line is the beginning of another chunk."""
+        """Return whether a line is the beginning of another chunk."""
         if not lines or not line.strip():
             return False
         if _only_comments(lines):
@@ -129,7 +129,7 @@ class ChunkReader:
         return openness(text) is Open.BLOCK and at_edge
 
     def _ends(self, lines: list[str]) -> bool:
-        """Whether the chunk is whole with its last line."""
+        """Return whether the chunk is complete with its last line."""
         if is_command(lines[0]) and len(lines) == 1:
             return True
         if _only_comments(lines):

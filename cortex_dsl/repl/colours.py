@@ -1,4 +1,4 @@
-"""Colours of the language: one table for what is typed and what is listed."""
+"""Colours of the language: one table for input and listings."""
 
 from pygments.token import Comment, Keyword, Name, Number, Operator, String, _TokenType
 from rich.text import Text

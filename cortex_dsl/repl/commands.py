@@ -22,14 +22,14 @@ class Command:
 
     name: str
     argument: str
-    """As `:help` shows it."""
+    """Argument as `:help` shows it."""
     summary: str
     function: Callable[[State, str], None]
     """Function of the session and the argument."""
     completes: tuple[str, ...] = ()
-    """What its words are, in their order, by the names of `offers.KINDS`; the last goes on to the end."""
+    """Kinds of its words, in order, by the names of `offers.KINDS`; the last kind applies to all further words."""
     loud: bool = False
-    """Whether `!` after its name writes over what is there."""
+    """Whether `!` after its name overwrites existing contents."""
 
 
 ENTERING = """\
@@ -113,7 +113,7 @@ def execute(state: State, chunk: str) -> None:
     """Carry out a command.
 
     Raises:
-        UsageError: there is no such command, or it cannot do what it was asked for.
+        UsageError: there is no such command, or it cannot be carried out.
     """
     word, _, argument = chunk.strip().removeprefix(":").strip().partition(" ")
     name, loud = word.removesuffix("!"), word.endswith("!")

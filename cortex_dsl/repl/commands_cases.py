@@ -1,4 +1,4 @@
-"""Commands on the cases of the last search: what they are, played in the terminal, written to files."""
+"""Commands on the cases of the last search: shown, played in the terminal, written to files."""
 
 import shlex
 from argparse import ArgumentTypeError
@@ -23,7 +23,7 @@ IN_SESSION = Asked(":export N", ":export!")
 
 
 def do_worst(state: State, _argument: str) -> None:
-    """What each case is; the drive of the reference driver is asked for once."""
+    """Show the worst cases; the reference driver drives them once, on the first call."""
     found = _last(state)
     _wait_for(state, found)
     from cortex_dsl.report.findings.cases_found import cases_found

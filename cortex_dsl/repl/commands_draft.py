@@ -156,7 +156,7 @@ def _formatted(state: State) -> str:
 
 
 def _adopt_file(state: State, path: Path, text: str) -> None:
-    """The draft is what is in the file now, layout included."""
+    """Replace the draft by the present contents of the file, including its layout."""
     source = Source(str(path), text)
     with contextlib.suppress(CompileError):
         draft = Draft(split(source, parse(source)))
@@ -165,10 +165,10 @@ def _adopt_file(state: State, path: Path, text: str) -> None:
 
 
 def _may_write(state: State, path: Path) -> bool:
-    """Whether the file is the session's own as it left it, a new one, or the user says so.
+    """Return whether the file is the unchanged file of the session, a new one, or the user agrees.
 
     Raises:
-        UsageError: it is another file, and no user can be asked.
+        UsageError: it is another file, and there is no user to confirm.
     """
     try:
         there = path.read_bytes()

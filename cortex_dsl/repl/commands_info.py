@@ -1,4 +1,4 @@
-"""Commands that inform: help, what a name or a code means, what the compiler says; and the small settings."""
+"""Commands that inform: help, meanings of names and codes, diagnostics of the compiler; and the small settings."""
 
 from collections.abc import Iterator
 
@@ -67,7 +67,7 @@ def do_show(state: State, argument: str) -> None:
 
 
 def _texts(state: State, word: str) -> Iterator[str]:
-    """What is known of a word, the nearest meaning first."""
+    """Yield the known meanings of a word, the nearest first."""
     from cortex_dsl.editor import hover
     from cortex_dsl.editor.analysis import View, analyse
     from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES
@@ -114,7 +114,7 @@ def do_seed(state: State, argument: str) -> None:
 
 
 def do_set(state: State, argument: str) -> None:
-    """Hold a param, let it go, or list what is held."""
+    """Fix a param, release it, or list the fixed ones."""
     from argparse import ArgumentTypeError
 
     if not argument:

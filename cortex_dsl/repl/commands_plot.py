@@ -1,4 +1,4 @@
-"""`:plot`: what a param, a finite choice or any expression comes to in accepted scenes, or in instant runs."""
+"""`:plot`: values of a param, a finite choice or any expression in accepted scenes, or in instant runs."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -103,7 +103,7 @@ def _show(state: State, shown: Shown) -> None:
 
 
 def _rows(instant: Instant, *, over_run: bool) -> "Bools":
-    """Which scenes are shown: all, or those whose runs are valid."""
+    """Return which scenes are shown: all, or those with valid runs."""
     every = np.ones(len(instant.outcomes), dtype=bool)
     return instant.outcomes.verdict == Verdict.VALID if over_run else every
 
@@ -127,7 +127,7 @@ def _values(scenario: "Scenario", probe: Probe, instant: Instant, rows: "Bools")
 
 
 def _at_start(scenario: "Scenario", probe: Probe, instant: Instant, rows: "Bools") -> list[Plotted]:
-    """What a record keeps of the first sample, of runs that have no second one."""
+    """Return the values of a record at the first sample, for runs that have no second sample."""
     from engine import batch
 
     config = scenario.config

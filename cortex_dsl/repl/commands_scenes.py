@@ -1,4 +1,4 @@
-"""Commands on scenes: draw and count them, show one, plot a param, say what to relax; run one, or search many."""
+"""Commands on scenes: sample and count them, show one, suggest a relaxation; run one, or search many."""
 
 import shlex
 import time
@@ -160,7 +160,7 @@ def do_random(state: State, argument: str) -> None:
 
 
 def _search(state: State, method: str, argument: str) -> None:
-    """Search, show what was found, and keep it for the commands on cases."""
+    """Search, show the results, and store them for the commands on cases."""
     from cortex_dsl.console.simulating import blame_of_search, mistake_of
 
     generations, aims = _asked(method, argument)
@@ -187,10 +187,10 @@ def _search(state: State, method: str, argument: str) -> None:
 
 
 def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
-    """How many generations, and what is sought; nothing named: the risk.
+    """Return the number of generations, and the objectives; the risk by default.
 
     Raises:
-        UsageError: the words are not as they should be.
+        UsageError: the words are invalid.
     """
     try:
         words = shlex.split(argument)
@@ -204,7 +204,7 @@ def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
 
 
 def _campaign(state: State, scenario: "Scenario", method: str, generations: int, aims: tuple[str, ...]) -> "Campaign":
-    """The search; Ctrl-C ends it, and what was found until then stays."""
+    """Return the campaign; Ctrl-C ends the search, and the results up to then remain."""
     from cortex_dsl.console.searching import watched
 
     try:

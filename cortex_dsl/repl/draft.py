@@ -1,7 +1,7 @@
-"""The scenario as far as it has been entered, and what it was before.
+"""The entered scenario, and its history.
 
-It is a sequence of entries, one for each statement of the top level with the comments above it. A new entry takes the
-place of the entry that defines the same, else it goes to the end.
+It is a sequence of entries, one for each statement of the top level with the comments above it. A new entry replaces
+the entry with the same definition, else it goes to the end.
 """
 
 import re
@@ -52,7 +52,7 @@ class History:
     future: tuple[Draft, ...] = ()
 
     def step(self, draft: Draft) -> "History":
-        """The draft becomes another one; what had been taken back is gone."""
+        """Return the history with another draft; undone drafts are discarded."""
         return self if draft == self.present else History(draft, (*self.past, self.present))
 
     def undone(self) -> "History | None":
@@ -70,7 +70,8 @@ class History:
 
 Key = tuple[str, str]
 MOST_ENTRIES = 1 << 15
-"""Entries whose keys are kept: more than a draft of the largest size has, or else each entry would read all others."""
+"""Maximum number of entries with stored keys: more than a draft of the largest size has; without them each entry would
+read all others."""
 _DOCSTRING = re.compile(r"(?:[ \t]*(?:#[^\n]*)?\n)*[ \t]*")
 _COMMENTS = re.compile(r"(?:[ \t]*(?:#[^\n]*)?\n)+")
 
@@ -113,12 +114,12 @@ def comments_above(entry: str) -> str:
     return found.group() if found else ""
 
 
-# -- what an entry defines --------------------------------------------------------------------------------------------
+# -- definitions of an entry ------------------------------------------------------------------------------------------
 
 
 @lru_cache(maxsize=MOST_ENTRIES)
 def keys(entry: str) -> frozenset[Key]:
-    """What an entry defines, so that another one that defines the same stands for it; nothing where it only adds."""
+    """Return the keys of the definitions in an entry; empty if it only adds. An entry with the same key replaces it."""
     source = Source("", entry + "\n")
     try:
         module = parse(source)
@@ -179,9 +180,9 @@ class Placed:
 
     draft: Draft
     index: int
-    """Where the entry is."""
+    """Index of the entry in the draft."""
     replaced: str = ""
-    """What it stands for from now on, as people call it."""
+    """Name of the replaced definition in messages; "" if none."""
 
 
 def place(draft: Draft, entry: str) -> Placed:
@@ -214,7 +215,7 @@ def _makes_objects(entry: str) -> bool:
 
 
 def place_last(draft: Draft, entry: str) -> Placed | None:
-    """The same at the end, since it may use what is defined only below its old place; None if it replaces nothing."""
+    """Place the entry at the end, since it may use definitions below its old place; None if it replaces nothing."""
     found = _same(draft, keys(entry))
     if found is None:
         return None
@@ -223,8 +224,9 @@ def place_last(draft: Draft, entry: str) -> Placed | None:
 
 
 def place_with_sources(draft: Draft, entry: str) -> Placed | None:
-    """The same at its old place, below the entries that define what it reads, which move up from further down; None if
-    it replaces nothing or reads nothing from there.
+    """Place the entry at its old place, below the entries that define the names it reads.
+
+    These move up from further down. None if the entry replaces nothing or reads nothing from there.
     """
     found = _same(draft, keys(entry))
     if found is None:
@@ -249,7 +251,7 @@ def names_in(entry: str) -> set[str]:
 
 
 def _same(draft: Draft, new: frozenset[Key]) -> tuple[int, Key] | None:
-    """The first entry that defines nothing but what the new one does."""
+    """Return the first entry with no definitions except those of the new one."""
     for index, entry in enumerate(draft.entries):
         old = keys(entry)
         if old and old <= new:

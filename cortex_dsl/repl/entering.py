@@ -1,7 +1,7 @@
-"""What happens to a chunk that is no command.
+"""Processing of a chunk that is no command.
 
-A single expression is shown with its value. Anything else is parsed, put in its place, compiled, and its effect shown:
-acceptance of draws before and after, and which requirement rejects all. A refused chunk changes nothing.
+A single expression is shown with its value. Any other chunk is parsed, placed, compiled, and its effect shown:
+acceptance of draws before and after, and the requirement that rejects all. A refused chunk changes nothing.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,14 +20,14 @@ from engine.vocabulary import RuleKind
 if TYPE_CHECKING:
     from engine.program import Program, Rule
 
-# -- what an entry does to the draws -----------------------------------------------------------------------------------
+# -- effect of an entry on draws ---------------------------------------------------------------------------------------
 
 NOTABLE = 0.5
 """A fall of acceptance to less than this share is shown even where no requirement was entered."""
 
 
 def show_change(state: State, before: Checked, after: Checked) -> None:
-    """Show what an entry has just changed: acceptance of draws, and what its objectives come to in instant runs."""
+    """Show the effect of an entry: acceptance of draws, and results of its objectives in instant runs."""
     _show_acceptance(state, before, after)
     _show_objectives(state, before, after)
 
@@ -61,11 +61,11 @@ def _fresh(before: "Program | None", after: "Program") -> set[int]:
     return {i for i, r in enumerate(after.requirements) if r.line and r.name not in known}
 
 
-# -- what it comes to in runs ------------------------------------------------------------------------------------------
+# -- results in runs ---------------------------------------------------------------------------------------------------
 
 
 def _show_objectives(state: State, before: Checked, after: Checked) -> None:
-    """Weigh what is new of `expect`, `maximize`, `minimize` and the requirements on the run by some hundred runs."""
+    """Evaluate new `expect`, `maximize`, `minimize` and requirements on the run in some hundred runs."""
     if after.compiled is None:
         return
     program, lines = after.compiled.program, _new_lines(before.draft, after.draft)
@@ -160,8 +160,10 @@ def _adopt(state: State, steps: list[Placed]) -> None:
 
 
 def _best(state: State, before: Checked, steps: list[Placed]) -> tuple[Checked, list[Placed]]:
-    """A definition goes into its old place. Where it reads what is defined further down, it goes to the end, or, where
-    others read it, that moves above it.
+    """Return the checked draft and its steps, with a definition in its old place.
+
+    If it reads definitions from further down, it goes to the end, or, if other entries read it, those definitions move
+    above it.
     """
     checked = check(steps[-1].draft, state.name, state.overrides)
     if len(steps) == 1 and new_errors(before, checked):

@@ -1,4 +1,4 @@
-"""A single expression, looked at as if it stood at the end of the draft: what it is, and what it comes to in scenes."""
+"""A single expression, evaluated as if it were at the end of the draft: its kind, and its values in scenes."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -25,7 +25,7 @@ PLACE = "it = "
 
 
 def show_value(state: State, expression: str) -> None:
-    """Print what an expression is; the draft stays as it is."""
+    """Print the kind and value of an expression; the draft does not change."""
     text = f"{state.draft.text}{PLACE}{expression}\n"
     start = len(state.draft.text) + len(PLACE)
     witness = ValueRecorder()
@@ -44,9 +44,10 @@ def show_value(state: State, expression: str) -> None:
 
 
 def _refused(state: State, error: CompileError, typed: str, start: int, before: int) -> bool:
-    """Whether an error is about what was typed, which begins at an offset behind `before` letters of ours; shown if so.
+    """Return whether an error is about the typed text; show it if so.
 
-    It is shown as if what was typed stood alone below the draft.
+    The typed text begins at an offset after `before` letters of ours. The error is shown as if the text were alone
+    below the draft.
     """
     wrong = [d for d in error.diagnostics if _is_about(d, start - before)]
     if not wrong:
@@ -75,7 +76,7 @@ def _moved(diagnostic: Diagnostic, start: int, typed: Span) -> Diagnostic:
 
 
 def _widest(witness: ValueRecorder, start: int) -> ObservedValues:
-    """What was seen of the whole expression, whose span may leave out brackets around it."""
+    """Return the values of the whole expression; its span may leave out brackets around it."""
     fitting = [span for span in witness.seen if span.start >= start]
     return witness.seen[min(fitting, key=lambda span: (span.start, -span.end))] if fitting else ()
 
@@ -84,7 +85,7 @@ def _widest(witness: ValueRecorder, start: int) -> ObservedValues:
 
 
 class Over(Enum):
-    """What an expression speaks of; the value is the statement that works it out."""
+    """Domain of an expression; the value is the statement that evaluates it."""
 
     SCENE = "record initial"
     """The start of a run."""
@@ -115,10 +116,10 @@ class Probed:
 
 
 def probed(state: State, expressions: Sequence[str]) -> Probed | None:
-    """Compile the draft with a statement for each expression; None where one of them is wrong, which is then shown.
+    """Compile the draft with a statement for each expression; None if one of them is wrong, which is reported.
 
     Raises:
-        UsageError: the draft cannot be drawn from.
+        UsageError: the draft cannot be sampled.
     """
     probes: list[Probe] = []
     for number, text in enumerate(expressions, start=1):
@@ -153,7 +154,7 @@ def _compiled(state: State, probes: Sequence[Probe], whole: bool) -> Probed | No
 
 
 def _over(state: State, text: str) -> Over | None:
-    """What an expression speaks of; None where it is none, which is then shown."""
+    """Return the domain of an expression; None for invalid input, which is reported."""
     module = _parsed(state, f"{Over.FORMULA.value} ", text, or_else=PLACE)
     if module is None:
         return None
@@ -165,7 +166,10 @@ def _over(state: State, text: str) -> Over | None:
 
 
 def _parsed(state: State, before: str, text: str, or_else: str = "") -> nodes.Module | None:
-    """The expression in a statement that knows conditions on the run; the mistake is that of the plainest one."""
+    """Return the expression in a statement that permits conditions on the run.
+
+    For a mistake, the diagnostic is that of the plainest statement.
+    """
     blank = re.sub(r"[^\n]", " ", state.draft.text)
     try:
         return parse(Source(state.name, f"{blank}{before}{text}\n"))
@@ -178,7 +182,7 @@ def _parsed(state: State, before: str, text: str, or_else: str = "") -> nodes.Mo
 
 
 def _needs_nobody(probe: Probe) -> bool:
-    """Whether an expression means something while there is no ego yet."""
+    """Return whether an expression has a meaning while there is no ego yet."""
     inside = everything_in(parse(Source("", f"{PLACE}{probe.text}\n"))) if probe.over is Over.SCENE else None
     return inside is not None and "ego" not in _names(inside)
 

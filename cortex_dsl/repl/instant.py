@@ -1,4 +1,4 @@
-"""Some hundred scenes of the draft, drawn and run at once: what an entry or a plot is held against."""
+"""Some hundred scenes of the draft, sampled and run at once: the basis of an entry's effect or a plot."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -24,7 +24,7 @@ MOST_ATTEMPTS = 2_000_000
 
 @dataclass(frozen=True)
 class Instant:
-    """Accepted scenes alone, and what became of each."""
+    """Accepted scenes alone, and the result of each."""
 
     scenes: "Scenes"
     outcomes: "Outcomes"
@@ -61,7 +61,7 @@ def draw(scenario: "Scenario", seed: int, indices: "Ints") -> "Scenes":
 
 
 def is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
-    """Whether some scene holds a number that does not exist; show it if so."""
+    """Return whether some scene contains an undefined number; show it if so."""
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     if not len(errors):
         return False
@@ -75,7 +75,7 @@ def is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
 
 
 def _fails(state: State, scenario: "Scenario", scenes: "Scenes", outcomes: "Outcomes") -> bool:
-    """Whether some run cannot be finished; show why if so."""
+    """Return whether some run cannot be finished; show the reason if so."""
     errors = np.flatnonzero(outcomes.verdict == Verdict.ERROR)
     if not len(errors):
         return False

@@ -1,4 +1,4 @@
-"""From one chunk to the next; whatever happens to one of them, the session goes on."""
+"""From one chunk to the next; an error in a chunk does not end the session."""
 
 import os
 import sys
@@ -30,7 +30,7 @@ class Input(Protocol):
 
 
 def start(file: Path | None, terminal: Terminal) -> int:
-    """Begin a session, with a file if there is one; return its exit code."""
+    """Run a session, with a file if there is one; return its exit code."""
     state = State(terminal, interactive=sys.stdin is not None and sys.stdin.isatty())
     if state.interactive:
         _greet(terminal)
@@ -91,7 +91,7 @@ def run(state: State, chunks: Input) -> int:
 
 
 def do(state: State, chunk: str) -> None:
-    """Carry out one chunk, and show what goes wrong in it."""
+    """Carry out one chunk, and show its errors."""
     act: Callable[[State, str], None] = execute if is_command(chunk) else enter
     try:
         act(state, chunk)

@@ -1,4 +1,4 @@
-"""What Tab offers for the words behind a command: each is of a kind, which a row of the table of commands names."""
+"""Completions for the words after a command: a row of the table of commands names the kind of each word."""
 
 import shlex
 from collections.abc import Callable, Iterator, Mapping
@@ -17,11 +17,11 @@ from cortex_dsl.repl.commands import COMMANDS
 from cortex_dsl.repl.state import State
 
 Offer = tuple[str, str]
-"""A word, and what is to be said of it."""
+"""A word, and its description."""
 
 
 def of_command(state: State, analysis: Analysis, text: str, event: CompleteEvent) -> Iterator[Completion]:
-    """Of a line behind its colon: the command's name, or the word that is being written; `analysis`: of the draft."""
+    """Complete a line after its colon: the name of the command, or its present word; `analysis`: of the draft."""
     name, blank, rest = text.partition(" ")
     if not blank:
         yield from _named(name, ((row.name, row.summary) for row in COMMANDS.values()))
@@ -50,11 +50,11 @@ def _named(begun: str, offers: Iterator[Offer]) -> Iterator[Completion]:
 # -- an expression -----------------------------------------------------------------------------------------------------
 
 ASKING = ("maximize ", "expect ")
-"""Statements of numbers and of truths: what either may begin with can be plotted."""
+"""Statements of numbers and of truths; the beginning of both can be plotted."""
 
 
 def _values(state: State, analysis: Analysis, argument: str) -> Iterator[Completion]:
-    """What can go on with the last of the expressions."""
+    """Yield continuations of the last expression."""
     part = parted(argument)[-1] + (" " if argument.endswith(" ") else "")
     word = word_before(part, len(part))
     found: dict[str, Candidate] = {}
@@ -68,11 +68,11 @@ def _values(state: State, analysis: Analysis, argument: str) -> Iterator[Complet
             yield Completion(each.label, -len(word), display_meta=each.detail or each.kind)
 
 
-# -- what a search looks for -------------------------------------------------------------------------------------------
+# -- objectives of a search --------------------------------------------------------------------------------------------
 
 
 def _aims(state: State, argument: str) -> Iterator[Completion]:
-    """The flag, and behind it a name of what can be sought."""
+    """Yield the flag, and after it a name of an objective."""
     before, _, word = argument.rpartition(" ")
     if not before.endswith("--objective"):
         yield from _named(word, iter([("--objective", "what is sought, instead of the risk")]))
@@ -93,7 +93,7 @@ def _params(state: State) -> Iterator[Offer]:
 
 
 def _codes(_state: State) -> Iterator[Offer]:
-    from cortex_dsl.api.codes import entries
+    from cortex_dsl.codes import entries
 
     yield from ((entry.code, entry.title) for entry in entries())
 

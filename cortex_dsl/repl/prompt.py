@@ -31,7 +31,7 @@ from cortex_dsl.repl.offers import of_command
 from cortex_dsl.repl.state import State
 from cortex_dsl.report.findings.readable import counted, percent
 
-# -- what was typed in earlier sessions, in the user's state folder; nothing fails where there is none -----------------
+# -- input of earlier sessions, in the user's state folder; nothing fails without it -----------------------------------
 
 
 class TolerantHistory(FileHistory):
@@ -50,7 +50,7 @@ class TolerantHistory(FileHistory):
 
 
 def past_entries() -> History:
-    """The history file of the user, or one that lasts as long as the session."""
+    """Return the history file of the user, or one that lasts as long as the session."""
     with suppress(OSError, RuntimeError):
         folder = _state_folder()
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -66,11 +66,11 @@ def _state_folder() -> Path:
     return (Path(base) if base else Path.home() / ".local" / "state") / "cortexc"
 
 
-# -- what Tab offers: the language's completion over the whole draft, and the words of commands ------------------------
+# -- completion on Tab: the language's completion over the whole draft, and the words of commands ----------------------
 
 
 class DraftCompleter(Completer):
-    """Completes against what the state holds now."""
+    """Completes with the present state."""
 
     def __init__(self, state: State) -> None:
         self._state = state
@@ -101,7 +101,7 @@ class DraftCompleter(Completer):
 # -- the prompt --------------------------------------------------------------------------------------------------------
 
 NO_TEXT = re.compile("[\ud800-\udfff]")
-"""What a terminal makes of bytes that are not UTF-8."""
+"""Characters that a terminal makes of bytes that are not UTF-8."""
 INDENT = "    "
 REFRESH = 0.5
 """Seconds after which the line at the bottom is looked at again: kernels may have become ready."""
@@ -147,7 +147,7 @@ class EditedInput:
     def _toolbar(self) -> StyleAndTextTuples:
         try:
             return [("class:state", f" {state_of(self._state)} ")]
-        except Exception:  # the command that needs what failed here shows it; a line at the bottom ends no session
+        except Exception:  # the command that needs the failed part shows it; a line at the bottom ends no session
             return []
 
 
@@ -239,7 +239,7 @@ def _replace_indentation(buffer: Buffer, indented: list[str]) -> None:
 
 
 def _complete(buffer: Buffer) -> None:
-    """At the beginning of a line an indentation; what is the only way to go on at once, else a menu."""
+    """Insert an indentation at the beginning of a line, or a unique completion; else show a menu."""
     line = buffer.document.current_line_before_cursor
     if not line.strip() and "\n" in buffer.text:
         buffer.insert_text(INDENT)
@@ -252,7 +252,7 @@ def _complete(buffer: Buffer) -> None:
 
 
 def _indent(line: str) -> str:
-    """The indentation of the line after this one."""
+    """Return the indentation of the line after this one."""
     own = line[: len(line) - len(line.lstrip())]
     opens = line.rstrip().endswith((":", "(", "[", ",")) and not own
     return own + INDENT if opens or line.rstrip().endswith(":") else own

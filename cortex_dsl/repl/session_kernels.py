@@ -47,7 +47,7 @@ class Kernels:
 
     @property
     def ready(self) -> bool:
-        """Whether nothing has to be waited for; without a background, work is done when it is needed."""
+        """Return whether no work is left to wait for; without a background, work is done when it is needed."""
         return self.thread is None or not self.thread.is_alive()
 
     def stop(self) -> None:
@@ -63,7 +63,7 @@ class Kernels:
         program: Program | None = None,
         config: "Config | None" = None,
     ) -> None:
-        """Wait for the background, then compile what it leaves out of the `parts` of `engine.compiling_apart.PARTS`.
+        """Wait for the background, then compile the remaining `parts` of `engine.compiling_apart.PARTS`.
 
         Ctrl-C ends the waiting, and not the work of the background.
         """

@@ -1,6 +1,6 @@
 """The state of a session: the one mutable object that entries and commands work on.
 
-It knows the draft and what the compiler says of it, and what the last search has found.
+It contains the draft, its diagnostics, and the results of the last search.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,11 +15,9 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.repl.draft import Draft, History
 from cortex_dsl.repl.session_kernels import Kernels
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
-from cortex_dsl.semantics.errors.names import DEAD_GENE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
-from cortex_dsl.semantics.errors.objects import NO_EGO
-from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
-from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
-from cortex_dsl.semantics.errors.statements import EMPTY_FILE
+from cortex_dsl.semantics.errors.names import DEAD_GENE, EMPTY_FILE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
+from cortex_dsl.semantics.errors.runs import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.scene import DEFAULT_MAP, NO_EGO
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.reading import decode
 from engine.program import Program
@@ -30,7 +28,7 @@ if TYPE_CHECKING:
     from engine.acceptance import AcceptanceStatistics
     from engine.search.campaign import Campaign
 
-# -- a draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
+# -- a draft, compiled: its errors, and parts that are merely still missing --------------------------------------------
 
 STILL_TO_COME = (NO_EGO.code, EMPTY_FILE.code)
 OF_THE_WHOLE = (
@@ -48,7 +46,7 @@ STAND_IN = "\nego = new Car on road, with regionContainedIn None\n"
 
 @dataclass(frozen=True)
 class Checked:
-    """What the compiler says of a draft."""
+    """A draft with the diagnostics of the compiler."""
 
     draft: Draft
     source: Source
@@ -96,19 +94,22 @@ def _with_stand_in(source: Source, overrides: Mapping[str, str]) -> Program | No
 
 
 def new_errors(before: Checked, after: Checked) -> tuple[Diagnostic, ...]:
-    """The errors that the draft did not have before: a file that is loaded with some can be corrected one by one."""
+    """Return the errors that the draft did not have before.
+
+    A file that is loaded with errors can be corrected one by one.
+    """
     known = {(d.code, d.message) for d in before.errors}
     return tuple(d for d in after.errors if (d.code, d.message) not in known)
 
 
 def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
-    """What is to be said of one entry at once: warnings and notes about its lines."""
+    """Return the warnings and notes about the lines of one entry."""
     first, last = checked.draft.first_lines[index : index + 2]
     fitting = (d for d in checked.remarks if d.severity is not Severity.HINT and d.code not in OF_THE_WHOLE)
     return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]
 
 
-# -- what a search has found ------------------------------------------------------------------------------------------
+# -- results of a search -----------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -121,13 +122,13 @@ class LastSearch:
     settings: str
     """How it was searched, in one line."""
     known: "tuple[CaseFound, ...] | None" = None
-    """What is known of its worst cases, once it has been asked for."""
+    """Facts about its worst cases, once they are requested."""
 
 
 # -- the state ---------------------------------------------------------------------------------------------------------
 
 UNNAMED = "session"
-"""What messages call a scenario that is in no file."""
+"""Name in messages of a scenario that is in no file."""
 LIKE = "such as `ego = new Car on road`"
 
 
@@ -137,7 +138,7 @@ class State:
 
     terminal: Terminal
     interactive: bool = False
-    """Whether there is a user who can be asked."""
+    """Whether a user can answer questions."""
     history: History = field(default_factory=History)
     file: Path | None = None
     on_disk: str = ""
@@ -160,7 +161,7 @@ class State:
     """Entries and commands that were refused."""
     bugs: int = 0
     found: LastSearch | None = None
-    """What the last search has found."""
+    """Results of the last search."""
     no_scene: bool = False
     """Whether the last command that needed a scene found none."""
     leaving: bool = False
@@ -181,7 +182,7 @@ class State:
 
     @property
     def checked(self) -> Checked:
-        """What the compiler says of the draft as it is."""
+        """Return the diagnostics of the present draft."""
         if self._checked is None or self._checked.draft != self.draft:
             self._checked = check(self.draft, self.name, self.overrides)
         return self._checked
@@ -199,7 +200,7 @@ class State:
         self.scenes_tried = self.scenes_shown = 0
 
     def weighing(self, program: "Program") -> "AcceptanceStatistics":
-        """A program's requirements on ten thousand draws; those of the last programs are kept."""
+        """Return the acceptance of a program's requirements on 10,000 draws; the last programs are cached."""
         for known in self._weighings:
             if known.program is program:
                 return known
@@ -247,7 +248,7 @@ class State:
 
 
 def refuse(state: State, source: Source, diagnostics: Sequence[Diagnostic]) -> None:
-    """Show what is wrong."""
+    """Show the errors."""
     state.mistakes += 1
     state.terminal.out.file.flush()
     print_diagnostics(source, diagnostics, state.terminal.err)

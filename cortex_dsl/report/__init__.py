@@ -1,4 +1,4 @@
-"""What cortexc says of a run, a search or a study, and how.
+"""Results of a run, a search or a study: their numbers, sentences and outputs.
 
 `findings` holds the numbers and the sentences, each computed and worded once. Three outputs show them: `terminal`
 with rich, `page` as HTML, pictures and films, and `documents` as JSON for other programs. Findings know none of the

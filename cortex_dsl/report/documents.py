@@ -33,7 +33,7 @@ def _escaped(sign: str) -> str:
 
 
 def feasibility_content(program: "Program", found: "Feasibility") -> dict[str, Any]:
-    """What `--check` proves of a file as the content of a document; params in the file's own units."""
+    """Return the proofs of `--check` as a document; params in the file's own units."""
     names = [requirement.name for requirement in program.requirements]
     return {
         "looked_at": found.looked_at,

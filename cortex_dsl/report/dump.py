@@ -10,11 +10,11 @@ import numpy as np
 from cortex_dsl.source import Source, Span
 
 ONE_LINE = 88
-"""What fits in this many characters stands on one line."""
+"""Maximum number of characters of an expression on one line."""
 ROWS = 400
 """Rows of an array that are printed."""
 ROAD = "engine.road"
-"""What is of this package is a large web of objects, and not what a reader looks for."""
+"""Package with a large web of objects, which a dump abbreviates."""
 HIDDEN = (Span, Source)
 """Places in the text say nothing here."""
 
@@ -25,7 +25,7 @@ def dump(value: Any) -> str:
 
 
 class _Writer:
-    """Remembers what was written, so that a shared expression is written once and named after that."""
+    """Stores the written expressions, so that a shared expression is written once and then referred to by name."""
 
     def __init__(self) -> None:
         self.numbers: dict[int, int] = {}

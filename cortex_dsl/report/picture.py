@@ -1,4 +1,4 @@
-"""A moment of a scene as pixels, from above and around the ego: what `render()` of Gymnasium's environments returns."""
+"""A moment of a scene as pixels, from above around the ego: the result of `render()` of Gymnasium environments."""
 
 from collections.abc import Sequence
 from typing import Any

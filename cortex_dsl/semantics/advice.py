@@ -1,11 +1,13 @@
-"""What is said of a file that compiles, once all of its variants are known: params, requirements, names and definitions
-that do nothing, names that hide what is built in, and (`idioms`) better ways to write what is right already.
+"""Advice on a file that compiles, given after all variants are known.
 
-A comment `# allow SCN481` anywhere in a file says that it means it: no warning, note or hint of that code is shown.
+It covers params, requirements, names and definitions without effect, names that hide built-in names, and (`idioms`)
+better forms of correct text.
 
-A gene is alive if an object's property, a requirement, a rule, a monitor or an act that can be reached depends on it,
-or a choice that it makes; all others a search varies for nothing. An operation whose result lies in an interval of one
-number depends on nothing.
+A comment `# allow SCN481` anywhere in a file suppresses every warning, note and hint of that code.
+
+A gene is alive if an object's property, a requirement, a rule, a monitor or a reachable act depends on it, or on a
+choice that it makes; a search varies all other genes without effect. An operation whose interval is a single number
+depends on nothing.
 """
 
 import re
@@ -15,6 +17,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
 from cortex_dsl.semantics.errors.names import (
+    ALWAYS_TRUE,
     DEAD_GENE,
     SHADOWS,
     UNREAD_PROPERTY,
@@ -22,7 +25,6 @@ from cortex_dsl.semantics.errors.names import (
     UNUSED_NAME,
     UNUSED_SCENARIO,
 )
-from cortex_dsl.semantics.errors.statements import ALWAYS_TRUE
 from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.builtins import BUILTINS
@@ -52,7 +54,7 @@ def live_genes(scenario: ir.Scenario, bounds: Mapping[int, Interval]) -> set[int
 
 @dataclass
 class _Walk:
-    """What is reached in one variant."""
+    """Collects the reachable parts of one variant."""
 
     bounds: Mapping[int, Interval]
     genes: set[int] = field(default_factory=set)
@@ -134,7 +136,7 @@ class _Walk:
             self.assigned.setdefault(index, []).append(value)
 
     def _worth(self, expression: ir.Expr) -> tuple[Interval, frozenset[ir.Expr]]:
-        """Where the value lies, and the genes and locals that it depends on."""
+        """Return the interval of a value, and the genes and locals that it depends on."""
         return folded(expression, self._part)
 
     def _part(
@@ -151,7 +153,7 @@ class _Walk:
 
 
 def _breaks(node: object) -> bool:
-    """Whether a block leaves its loop; a `break` of an inner loop counts too, to be on the safe side."""
+    """Return whether a block leaves its loop; a `break` of an inner loop counts too, to be on the safe side."""
     if isinstance(node, ir.Leave):
         return node.kind == "break"
     if isinstance(node, tuple):
@@ -164,7 +166,7 @@ def _breaks(node: object) -> bool:
 MEANT = frozenset({"intersection", "road", "network"})
 """Built-in names that a message asks a file to assign: `intersection = Uniform(*network.intersections)`."""
 Binding = tuple[str, str, Span]
-"""What it is, its name, its place."""
+"""Kind of the binding, its name, its place."""
 
 
 SETTLING = ("ego", "workspace")
@@ -183,7 +185,7 @@ def unused_names(module: nodes.Module) -> Iterator[Diagnostic]:
 
 
 def unused_definitions(module: nodes.Module, entry: nodes.ScenarioDefinition | None) -> Iterator[Diagnostic]:
-    """Classes without objects, and scenarios that the one that runs does not start."""
+    """Yield diagnostics for classes without objects, and for scenarios that the entry scenario does not start."""
     read = _names_read(module) | {node.class_name for node in everything_in(module) if isinstance(node, nodes.New)}
     bases = {s.base for s in module.statements if isinstance(s, nodes.ClassDefinition)}
     for statement in module.statements:
@@ -243,7 +245,7 @@ def _top_level(module: nodes.Module) -> Iterator[tuple[str, Span]]:
 
 
 def unread_properties(module: nodes.Module) -> Iterator[Diagnostic]:
-    """Yield one note for all properties that have no effect, at the first one."""
+    """Yield one note for all properties without effect, at the first of them."""
     places: dict[str, list[Span]] = {}
     for node in everything_in(module):
         match node:
@@ -270,7 +272,10 @@ MOST_USES = 3
 def with_advice(
     module: nodes.Module, file: FileContext, scenario: ir.Scenario
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
-    """Return the scenario with all advice about it. What `-p` or a concrete copy pins is no mistake of the file."""
+    """Return the scenario with all advice about it.
+
+    A value that `-p` or a concrete copy fixes is no mistake of the file.
+    """
     pinned = bool(file.overrides) or file.settings.stream is not None
     for diagnostic in () if pinned else _advice(module, file, scenario):
         file.findings.add(diagnostic)
@@ -306,7 +311,7 @@ def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Ite
 
 
 def _uses(module: nodes.Module) -> dict[str, list[Span]]:
-    """Where each name stands, params behind `globalParameters` among them."""
+    """Return the places of each name, including params after `globalParameters`."""
     found: dict[str, list[Span]] = {}
     for node in everything_in(module):
         if isinstance(node, nodes.Name):

@@ -1,7 +1,7 @@
 """Elaboration: from the syntax tree to the checked IR.
 
-The file is run once for every way of making its finite choices. A run leaves behind the actors, requirements and
-rules of its variant as expressions over what is still unknown: genes, draws, and the state of the simulation.
+The file is run once for every combination of its finite choices. Each run yields the actors, requirements and rules of
+its variant as expressions over unknowns: genes, draws, and the state of the simulation.
 """
 
 import math
@@ -18,12 +18,10 @@ from cortex_dsl.semantics.acting.objectives import objectives_of
 from cortex_dsl.semantics.acting.rules import temporal_requirements
 from cortex_dsl.semantics.advice import with_advice
 from cortex_dsl.semantics.composition import setting_up
-from cortex_dsl.semantics.errors.chance import NO_OPTIONS, TOO_MANY_VARIANTS
-from cortex_dsl.semantics.errors.compile_time import EMPTY_REGION
+from cortex_dsl.semantics.errors.names import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
 from cortex_dsl.semantics.errors.problems import Findings, NeedsExpansion
-from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
-from cortex_dsl.semantics.errors.statements import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
-from cortex_dsl.semantics.errors.values import NEVER_EQUAL
+from cortex_dsl.semantics.errors.scene import DEFAULT_MAP
+from cortex_dsl.semantics.errors.values import EMPTY_REGION, NEVER_EQUAL, NO_OPTIONS, TOO_MANY_VARIANTS
 from cortex_dsl.semantics.evaluation.roads import (
     beyond_any_road,
     default_road,
@@ -67,9 +65,10 @@ def elaborate(
     observe: Observer | None = None,
     find_map: MapFinder = no_maps,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
-    """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command,
-    `imports` the file behind each import statement, `scenario` the one to run; `observe` is called with
-    every value; `find_map` says where a map's file is.
+    """Return the checked scenario, and the warnings and notes about it.
+
+    `overrides` are the `-p NAME=VALUE` of the command, `imports` maps each import statement to its file, `scenario` is
+    the name to run, `observe` is called with every value, and `find_map` returns the path of a map's file.
 
     Raises:
         CompileError: with every error found.
@@ -127,7 +126,7 @@ def _drafted(
 
 
 def _whole(module: nodes.Module, imports: Mapping[Span, ImportedFile]) -> nodes.Module:
-    """All files as one, for what must be known of all."""
+    """Return all files as one module, for checks over all of them."""
     modules = dict.fromkeys(file.module for file in imports.values())
     return replace(module, statements=(*(s for each in modules for s in each.statements), *module.statements))
 
@@ -152,10 +151,10 @@ def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
 
 
 def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None, lanes_limit: int) -> list[Draft]:
-    """Every variant; stops at the first one with errors, since the others would repeat them.
+    """Return the drafts of all variants; stop at the first variant with errors, which the other variants would repeat.
 
     Raises:
-        TooManyVariants: fewer than there may be in all, but more than of lanes.
+        TooManyVariants: the number is within the general limit, but exceeds the limit for lanes.
     """
     drafts: list[Draft] = []
     # An observer keeps the places of values, and scenarios change when they are composed.
@@ -173,7 +172,7 @@ def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None
     except TooManyVariants as too_many:
         if lanes_limit < VARIANT_LIMIT and any(decision.drawable for decision in too_many.decisions):
             raise
-        # What is wrong in every variant comes first: mended, there may be fewer choices.
+        # Errors of all variants come first: after correction there may be fewer choices.
         elaborate_variant(module, file, Oracle(lanes_limit=math.inf, limit=math.inf), observe)
         if not file.findings.has_errors:
             file.findings.add(_too_many(too_many))
@@ -193,7 +192,7 @@ def _too_many(too_many: TooManyVariants) -> Diagnostic:
 
 
 def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) -> ir.Scenario:
-    """Check what only all variants together show, and assemble.
+    """Check the properties of all variants together, and assemble the scenario.
 
     Raises:
         CompileError: with every error found.
@@ -229,7 +228,7 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
 
 
 def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
-    """The genes; one without a unit has that of the places in which it stands, where they agree."""
+    """Yield the genes; a gene without a unit takes the dimension of its places if they agree."""
     for index, gene in enumerate(file.genes.values()):
         words = {si_word(dimension) for dimension in file.gene_dimensions.get(index, ())}
         bare = not gene.unit and len(words) == 1 and words != {""}
@@ -237,7 +236,7 @@ def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
 
 
 def _has_end(module: nodes.Module, file: FileContext) -> bool:
-    """Whether the file says how long a run may last."""
+    """Return whether the file limits the time of a run."""
     ends = any(isinstance(statement, nodes.TerminateAfter) for statement in everything_in(module))
     return ends or file.settings.max_time is not None
 
@@ -255,13 +254,13 @@ def _how_to_have_options(file: FileContext, span: Span) -> str:
 
 
 def _network_of_file(file: FileContext) -> Network | None:
-    """The roads of an OpenDRIVE file; others have what their `map` line says."""
+    """Return the roads of an OpenDRIVE file; None for other maps, which their `map` line describes."""
     network = next(iter(file.networks.values()), None)
     return network if network is not None and isinstance(network.spec, MapFile) else None
 
 
 def _other_intersections(file: FileContext) -> str:
-    """What to do where the map of a file lacks some: how many roads meet at those that it has, and how often."""
+    """Return a cure that lists the intersections of the map by number of roads; empty without a map."""
     network = _network_of_file(file)
     if network is None:
         return ""
@@ -311,7 +310,7 @@ Key = tuple[int, str, int]
 
 
 def _keys(requirements: Sequence[ir.Requirement]) -> list[Key]:
-    """What identifies a requirement in every variant: line, name, and which of its like it is."""
+    """Return the key of each requirement, equal in all variants: line, name, index among requirements with both."""
     met: Counter[tuple[int, str]] = Counter()
     keys = []
     for each in requirements:

@@ -1,9 +1,9 @@
-"""Ways of writing that are right and hardly ever meant.
+"""Correct but unintended ways of writing.
 
-`EGO_SPEED + 10` with a param in km/h adds 10 m/s, 36 km/h: a bare number that is added to, or compared with, what the
-file itself writes in a unit that is not SI. `always` on the distance of two that can touch: a run ends at first
-contact, between two samples. An object drawn anywhere on a lane, and a `require` that keeps a window of it: `before …
-by` draws only what fits.
+`EGO_SPEED + 10` with a param in km/h adds 10 m/s, 36 km/h: a bare number added to, or compared with, a value that the
+file itself writes in a unit other than SI. `always` on the distance of two actors that can touch: a run ends at first
+contact, between two samples. An object placed at random on a lane with a `require` that selects a window of it: `before
+… by` samples only the window.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics.errors.statements import CONTACT_UNSEEN, WINDOW
+from cortex_dsl.semantics.errors.names import CONTACT_UNSEEN, WINDOW
 from cortex_dsl.semantics.errors.values import BARE_BESIDE_UNIT
 from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.semantics.quantities.units import UNITS, Unit, si_word
@@ -23,7 +23,7 @@ from engine.frozen import frozen
 
 SUMS = ("+", "-")
 THROUGH = ("abs", "min", "max")
-"""Functions whose result has the unit of what they are given."""
+"""Functions with a result in the unit of their arguments."""
 
 
 def bare_numbers(module: nodes.Module, genes: Mapping[str, ir.GeneInfo]) -> Iterator[Diagnostic]:
@@ -37,7 +37,7 @@ def bare_numbers(module: nodes.Module, genes: Mapping[str, ir.GeneInfo]) -> Iter
 
 
 def _pairs(node: nodes.Node) -> Iterator[tuple[nodes.Expression, nodes.Expression]]:
-    """What stands on both sides of a sum or comparison."""
+    """Yield the pairs of operands of a sum or comparison."""
     if isinstance(node, nodes.Binary) and node.operator in SUMS:
         yield node.left, node.right
     if isinstance(node, nodes.Compare):
@@ -54,7 +54,7 @@ def _bare(node: nodes.Expression) -> float | None:
 
 
 def _units(node: nodes.Expression, genes: Mapping[str, ir.GeneInfo]) -> Iterator[tuple[Unit, Span]]:
-    """Units other than SI in which the file writes what an expression adds up, each with its place."""
+    """Yield the units other than SI in the operands of an expression, each with its place."""
     match node:
         case nodes.Number(unit=str(word)) | nodes.WithUnit(unit=word):
             unit = UNITS.get(word)
@@ -96,7 +96,7 @@ FASTEST = 60.0
 LONGEST = 5.0
 """Centres of two cars that touch are no further apart [m]."""
 _SEEN_FROM: Mapping[str, str] = MappingProxyType({">": "left", ">=": "left", "<": "right", "<=": "right"})
-"""On which side of a sign a distance is kept large."""
+"""Side of each comparison sign at which a distance is kept large."""
 
 
 def contacts(module: nodes.Module, time_step: float | None) -> Iterator[Diagnostic]:
@@ -114,7 +114,7 @@ def contacts(module: nodes.Module, time_step: float | None) -> Iterator[Diagnost
 
 
 def _objects(module: nodes.Module) -> frozenset[str]:
-    """Names of what can be struck."""
+    """Return the names of objects that can be struck."""
     return frozenset(
         name
         for node in everything_in(module)
@@ -168,7 +168,7 @@ class _Window:
     name: str
     region: nodes.Expression
     distance: str
-    """What to write behind `by`."""
+    """Distance to write after `by`."""
 
 
 def windows(module: nodes.Module, source: Source) -> Iterator[Diagnostic]:
@@ -195,7 +195,7 @@ def windows(module: nodes.Module, source: Source) -> Iterator[Diagnostic]:
 
 
 def _drawn_on_a_lane(name: str, made: Mapping[str, nodes.New]) -> nodes.InRegion | None:
-    """The `in lane.centerline` that places an object, itself or through the point that it stands at."""
+    """Return the `in lane.centerline` that places an object, itself or through the point at which it is placed."""
     for specifier in made[name].specifiers if name in made else ():
         match specifier:
             case nodes.InRegion(region=nodes.Attribute(name="centerline")):
@@ -218,7 +218,7 @@ def _window(condition: nodes.Expression, source: Source) -> _Window | None:
 
 
 def _around(difference: nodes.Expression, width: nodes.Expression, source: Source) -> _Window | None:
-    """Of `abs(distance - middle) <= width`."""
+    """Return the window of `abs(distance - middle) <= width`; None for another form."""
     if not isinstance(difference, nodes.Binary) or difference.operator != "-":
         return None
     sides = (difference.left, difference.right)

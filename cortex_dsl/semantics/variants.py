@@ -1,7 +1,7 @@
-"""One variant: the file run once, with one way of making its finite choices.
+"""One variant: the file run once, with one combination of its finite choices.
 
-It leaves behind the actors, requirements, rules and coroutines as expressions over what is still unknown: genes, draws,
-and the state of the simulation.
+The result is actors, requirements, rules and coroutines as expressions over unknowns: genes, draws, and the state of
+the simulation.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,9 +17,9 @@ from cortex_dsl.semantics.composition.composing import Composer
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
 from cortex_dsl.semantics.composition.whole_run import run_by, set_up_run
 from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
-from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
+from cortex_dsl.semantics.errors.runs import WHICH_SCENARIO
+from cortex_dsl.semantics.errors.scene import NO_EGO
 from cortex_dsl.semantics.evaluation import (
     calls,
     distances,
@@ -98,7 +98,7 @@ OVER_RUN: Mapping[type, Callable[[Evaluator, nodes.Statement], None]] = {
     nodes.TerminateWhen: terminate_when,
     nodes.Record: keep_record,
 }  # type: ignore[dict-item]
-"""What the statements do that speak of the running simulation; of `require` those that are temporal."""
+"""Function for each statement about the running simulation; for `require`, only temporal ones."""
 
 
 # -- the variant -------------------------------------------------------------------------------------------------------
@@ -111,7 +111,7 @@ class Draft:
     variant: ir.Variant
     conditions: Mapping[RuleKey, Term]
     span: Span
-    """Where it was rejected, or its first object."""
+    """Place of the rejection, or of the first object."""
     objectives: Mapping[Span, Term]
 
 
@@ -135,7 +135,7 @@ def elaborate_variant(
 
 
 def _elaborated(ev: Evaluator, module: nodes.Module, first: int, marks: Marks | None) -> Draft | None:
-    """The variant whose state is new, or goes on at a statement."""
+    """Return the variant with a new state, or with one that continues at a statement."""
     run, oracle = ev.run, ev.run.decisions.oracle
     try:
         run_module(ev, module.statements, first, marks)
@@ -195,7 +195,7 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
 
 
 def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
-    """What `requireVisible` asks for: that the ego sees an object at the start."""
+    """Add a requirement for each object with `requireVisible`: the ego sees it at the start."""
     ego = ev.run.ego
     if ego is None:
         return
@@ -207,7 +207,7 @@ def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
 
 
 def _require_workspace(ev: Evaluator, actors: Sequence[Actor]) -> None:
-    """All objects lie in the workspace, but those that say by `regionContainedIn` what they lie in."""
+    """Require all objects to lie in the workspace, except those with a `regionContainedIn`."""
     names = {**ev.run.root.names, **ev.run.names}
     workspace = names.get("workspace")
     if not isinstance(workspace, Area) or not workspace.is_workspace:
@@ -235,7 +235,7 @@ def _compose(ev: Evaluator, composer: Composer | None) -> None:
 
 
 def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Composer | None) -> None:
-    """What speaks of the run, once all objects are there."""
+    """Evaluate the statements about the run, after all objects are made."""
     running = ev.at_moment(Moment(running=True))
     places = [(running.at_home(names), own) for names, own in _imported(ev)]
     places.append((running, statements))
@@ -288,7 +288,7 @@ def _ir_actor(ev: Evaluator, actor: Actor, behaviour: ir.Block | None) -> ir.Act
 
 
 def _coming_with(actor: Actor) -> int:
-    """The number of those who come in with an actor: 1 from the start, else it follows from the scenario's monitor."""
+    """Return the group of actors that appear together: 1 from the start, else by the monitor of the scenario."""
     return 1 if actor.scenario is None or actor.scenario.present else actor.scenario.monitor + 2
 
 
@@ -307,7 +307,7 @@ def _columns(ev: Evaluator, actor: Actor) -> tuple[ir.Expr, ...]:
 
 
 def _route(behaviour: ir.Block | None) -> int:
-    """The first path that a behaviour is known to follow; -1 without one."""
+    """Return the first path that a behaviour is known to follow; -1 without one."""
     for act in everything(behaviour or ()):
         if isinstance(act, ir.Follow) and isinstance(act.path, ir.Literal):
             return int(act.path.value)

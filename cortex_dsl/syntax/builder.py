@@ -54,7 +54,7 @@ class StatementBuilder:
     def statement(self, tree: Branch) -> nodes.Statement:
         return _BUILDERS[tree.data](self, tree.children, span_of(tree))
 
-    # -- what a file says about the world ------------------------------------------------------------------------------
+    # -- statements about the world -----------------------------------------------------------------------------------
 
     def map(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Map(str(parts[0]), self.expressions.arguments(parts[1]), span=span)
@@ -104,7 +104,7 @@ class StatementBuilder:
         return nodes.ImportFrom(path, (), quoted, span=span, path_span=place)
 
     def path(self, tree: Branch) -> tuple[str, bool, Span]:
-        """What is imported, whether it stands in quotes, and where."""
+        """Return the imported path, whether it is quoted, and its place."""
         first = token(tree.children[0])
         quoted = first.type == "STRING"
         path = self.expressions.text(first) if quoted else ".".join(str(word) for word in tree.children)
@@ -113,7 +113,7 @@ class StatementBuilder:
                 errors.WRONG_IMPORT.at(
                     span_of(tree),
                     "a name is written without its extension",
-                    reason=errors.WRONG_IMPORT.why,
+                    reason=errors.WRONG_IMPORT.reason,
                     cure=f'write `{path.removesuffix(".scn")}` or `"{path}"`',
                 )
             )
@@ -162,7 +162,7 @@ class StatementBuilder:
                     errors.NOT_SUPPORTED.at(
                         value.function.span,
                         f"not supported yet: {words.LATER_STATEMENTS[word]}",
-                        reason=errors.NOT_SUPPORTED.why,
+                        reason=errors.NOT_SUPPORTED.reason,
                         cure=words.INSTEAD.get(word, ""),
                     )
                 )
@@ -207,7 +207,7 @@ class StatementBuilder:
     def terminate(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Terminate("simulation" in str(parts[0]), span=span)
 
-    # -- what actors do ----------------------------------------------------------------------------------------------
+    # -- acts of actors -----------------------------------------------------------------------------------------------
 
     def do(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Do(self.invocations(parts), mode=_mode(parts), span=span)
@@ -245,7 +245,7 @@ class StatementBuilder:
                     Span(span.start, span.start + len("try")),
                     "this `try` has no `interrupt when`",
                     "nothing can interrupt it",
-                    reason=errors.INCOMPLETE.why,
+                    reason=errors.INCOMPLETE.reason,
                     cure="write `interrupt when CONDITION:` below it, or remove the `try`",
                 )
             )

@@ -1,9 +1,9 @@
-"""`format_copy`: `format_source` for the copies of one scenario, of which only the first is parsed.
+"""`format_copy`: `format_source` for copies of one scenario; only the first copy is parsed.
 
 Copies differ in numbers, in short texts (the address of a stream) and in comments. None of these changes the kinds of
-the tokens, except for the sign of a number, which is left out of what is parsed. So the tokens of the first copy, moved
-to their places in another copy, are the tokens of that copy. The layout itself is made anew for each: a line that gets
-too long is wrapped as always.
+the tokens, except for the sign of a number, which is left out of the parsed text. So the tokens of the first copy,
+moved to their places in another copy, are the tokens of that copy. The layout itself is made anew for each copy: a line
+that becomes too long is wrapped as usual.
 """
 
 import re
@@ -30,15 +30,14 @@ _LITERAL = re.compile(
     |(?<![\w.])(?P<number>(?:\d[\d_]*\.?[\d_]*|\.\d[\d_]*)(?:[eE][-+]?\d+)?)""",
     re.VERBOSE,
 )
-"""What may differ has a name; the other texts are matched because a `#` or a digit in them is none. A minus is a sign
-where no value ends before it.
-"""
+"""Variable parts of a text, by name; the other patterns match texts in which a `#` or a digit is none. A minus is a
+sign if no value ends before it."""
 _Place: TypeAlias = tuple[int, int]
 """A part of a text, and an offset in it."""
 
 
 def format_copy(source: Source) -> str:
-    """Return the text of a copy in the one layout. It is parsed unless one of the same shape was.
+    """Return the text of a copy in the one layout; parse it unless a text of the same shape was parsed.
 
     Raises:
         CompileError: the first copy of this shape does not parse.

@@ -1,4 +1,4 @@
-"""Tree to nodes: classes, behaviours, monitors and scenarios, and the order of what stands in them."""
+"""Tree to nodes: classes, behaviours, monitors and scenarios, and the order of their contents."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeAlias
@@ -14,7 +14,7 @@ Parts: TypeAlias = Sequence[Child]
 
 
 class Builder(Protocol):
-    """What definitions need of the builder of statements."""
+    """Interface of the builder of statements that definitions use."""
 
     expressions: ExpressionBuilder
 
@@ -25,7 +25,7 @@ class Builder(Protocol):
 
 @frozen
 class _Body:
-    """A block, taken apart: its docstring, its guards by their word, its sections by theirs, and what is left."""
+    """The parts of a block: its docstring, its guards by their word, its sections by theirs, and the remainder."""
 
     docstring: str | None
     guards: dict[str, tuple[nodes.Guard, ...]]
@@ -115,7 +115,7 @@ def _no_property(span: Span) -> Diagnostic:
     return errors.CLASS_BODY.at(
         span,
         "a string is not a property",
-        reason=errors.CLASS_BODY.why,
+        reason=errors.CLASS_BODY.reason,
         cure="its docstring is the first line of a class",
     )
 
@@ -138,11 +138,11 @@ def _parameter(builder: Builder, tree: Branch) -> nodes.Parameter:
     return nodes.Parameter(str(word), builder.expressions.optional(default), span=span_of(tree))
 
 
-# -- what stands in a block ------------------------------------------------------------------------------------------
+# -- contents of a block ----------------------------------------------------------------------------------------------
 
 
 def _docstring(builder: Builder, block: Child) -> tuple[str | None, Sequence[Child]]:
-    """A leading string, and what follows it."""
+    """Return a leading string and the children after it."""
     children = branch(block).children
     if children and branch(children[0]).data == "expression_statement":
         value = branch(branch(children[0]).children[0])
@@ -169,7 +169,7 @@ def _guard(builder: Builder, tree: Branch) -> nodes.Guard:
 
 
 def _in_order(builder: Builder, body: _Body, section: Branch) -> bool:
-    """Whether a section is the only one of its name, and no earlier one belongs below it."""
+    """Return whether a section is the only one of its name, and no earlier one belongs below it."""
     name = section.data
     first = body.sections.get(name) or (body.sections.get("compose") if name == "setup" else None)
     if first is None:
@@ -180,7 +180,7 @@ def _in_order(builder: Builder, body: _Body, section: Branch) -> bool:
             _head(section, name),
             f"a second `{name}:` in one scenario" if twice else "`setup:` goes before `compose:`",
             secondary=[Label(_head(first, first.data), "first here" if twice else "this comes second")],
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure="put both into one block" if twice else "move this block above it",
         )
     )
@@ -198,7 +198,7 @@ def _stray_statement(builder: Builder, statement: Branch, section: Branch) -> No
             Span(span.start, _line_end(builder, span)),
             f"this is beside `{section.data}:`",
             secondary=[Label(_head(section, section.data), "a block of the same scenario")],
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure="move it into `setup:`",
         )
     )
@@ -225,7 +225,7 @@ def stray_section(builder: Builder, parts: Parts, span: Span) -> nodes.Statement
         errors.MISPLACED_PART.at(
             Span(span.start, span.start + len(word)),
             f"`{word}:` outside a scenario",
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure=f"write `scenario Main():` above it and indent the `{word}:` block",
         )
     )
@@ -241,7 +241,7 @@ def stray_guard(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
             span_of(word),
             f"`{word}` belongs at the top of a behavior or scenario",
             "too late, or in another place",
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure="move it above the statements, below the docstring",
         )
     )

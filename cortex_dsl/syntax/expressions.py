@@ -23,7 +23,7 @@ _FOREIGN_CONSTANTS = {"true": "True", "false": "False", "null": "None", "nil": "
 
 
 def span_of(child: Branch | Token) -> Span:
-    """Where a tree or token stands."""
+    """Return the span of a tree or token."""
     if isinstance(child, Token):
         return Span(child.start_pos or 0, child.end_pos or 0)
     return Span(child.meta.start_pos, child.meta.end_pos) if not child.meta.empty else Span(0, 0)
@@ -40,7 +40,7 @@ def token(child: Child) -> Token:
 
 
 def _holds_formulas(tree: Branch) -> bool:
-    """Whether temporal operators may stand directly below this one."""
+    """Return whether temporal operators may be directly below this tree."""
     negation = tree.data == "unary" and tree.children[0] == "not"
     return negation or tree.data in _TEMPORAL or tree.data in ("and_", "or_")
 
@@ -55,7 +55,7 @@ class NestingError(Signal):
 
 
 class ExpressionBuilder:
-    """Builds expressions and collects what only shows once their shape is known."""
+    """Builds expressions and collects errors that only show once their shape is known."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -76,7 +76,7 @@ class ExpressionBuilder:
                 errors.TOO_DEEP.at(
                     span_of(tree),
                     f"this expression is nested more than {MAX_DEPTH} deep",
-                    reason=errors.TOO_DEEP.why,
+                    reason=errors.TOO_DEEP.reason,
                     cure="give inner parts a name of their own",
                 )
             )
@@ -107,7 +107,7 @@ class ExpressionBuilder:
                 span_of(tree),
                 f"`{word}` cannot be used here",
                 "speaks of a whole run",
-                reason=errors.MISPLACED_TEMPORAL.why,
+                reason=errors.MISPLACED_TEMPORAL.reason,
                 cure=f"write `require {'… ' if tree.data != 'temporal' else ''}{word} …` on a line of its own",
             )
         )
@@ -129,7 +129,7 @@ class ExpressionBuilder:
                     span_of(literal),
                     "this number is too large",
                     "more than 1.8e308",
-                    reason=errors.WRONG_LITERAL.why,
+                    reason=errors.WRONG_LITERAL.reason,
                     cure="write a smaller one",
                 )
             )

@@ -1,6 +1,6 @@
-"""Texts with values, `f"{n} cars"`, taken apart, and back to text.
+"""Texts with values, `f"{n} cars"`: split into parts, and written back to text.
 
-What stands between the braces is read by the grammar itself.
+The grammar itself parses the text between the braces.
 """
 
 import re
@@ -25,7 +25,7 @@ _LAYOUT = re.compile(r"[^{}]*")
 _INNER = re.compile(r"""\"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'|!=|(?P<open>[(\[{])|(?P<end>[)\]}:!])""", re.DOTALL)
 _SAYS_ITSELF = re.compile(r"[^=!<>]=\s*$")
 _BEFORE = "_ = ("
-"""What makes a statement of an expression, so that line breaks in it are none."""
+"""Prefix that makes a statement of an expression, so that line breaks in it have no meaning."""
 
 Branch: TypeAlias = Tree[Token]
 Write: TypeAlias = Callable[[nodes.Expression], str]
@@ -35,7 +35,7 @@ Write: TypeAlias = Callable[[nodes.Expression], str]
 
 
 class UnreadableError(Signal):
-    """Something between the braces cannot be read; the diagnostic says what."""
+    """The text between the braces is unreadable; the diagnostic has the reason."""
 
     def __init__(self, *diagnostics: Diagnostic) -> None:
         super().__init__("")
@@ -67,7 +67,10 @@ def read_formatted(
 
 
 def _meant(text: str, start: int, report: Callable[[Diagnostic], None]) -> str:
-    """What a text at `start` of the file means: two braces that are written are one, those of escapes are two."""
+    """Return the value of a text at `start` of the file.
+
+    Doubled braces are one brace; braces from escapes are literal.
+    """
     pieces: list[str] = []
     for piece in _BRACES.split(text):
         pieces.append(piece[0] if _BRACES.fullmatch(piece) else unescaped(piece, start, report, 0))
@@ -76,7 +79,7 @@ def _meant(text: str, start: int, report: Callable[[Diagnostic], None]) -> str:
 
 
 def unescaped(literal: str, start: int, report: Callable[[Diagnostic], None], quotes: int | None = None) -> str:
-    """What a literal at `start` of the file means; empty where an escape is none, which is reported."""
+    """Return the value of a literal at `start` of the file; report an invalid escape and return ""."""
     try:
         return string_value(literal, quotes)
     except EscapeError as bad:
@@ -102,10 +105,10 @@ class Hole:
 
 
 def _taken_apart(literal: str, start: int) -> Iterator[Span | Hole]:
-    """The texts and the holes of a literal that begins at `start` of the file.
+    """Yield the texts and the holes of a literal that begins at `start` of the file.
 
     Raises:
-        UnreadableError: for a brace without its partner, and what Python writes that has no meaning here.
+        UnreadableError: a brace without its partner, or a form of Python that has no meaning here.
     """
     quotes = 3 if literal[1:4] in ('"""', "'''") else 1
     place, end = 1 + quotes, len(literal) - quotes
@@ -124,7 +127,7 @@ def _taken_apart(literal: str, start: int) -> Iterator[Span | Hole]:
 
 
 def _hole(literal: str, place: int, end: int, start: int) -> Hole:
-    """What a `{` at `place` opens."""
+    """Return the hole that begins with the `{` at `place`."""
     stop = _value_end(literal, place + 1, end)
     sign = literal[stop : stop + 1] if stop < end else ""
     value = Span(start + place + 1, start + stop)
@@ -155,7 +158,7 @@ def _hole(literal: str, place: int, end: int, start: int) -> Hole:
 
 
 def _value_end(literal: str, place: int, end: int) -> int:
-    """Where a value ends: at a sign that is in no bracket and no text of it."""
+    """Return the end of a value: the first sign outside its brackets and strings."""
     open_: list[str] = []
     for match in _INNER.finditer(literal, place, end):
         sign = match.group()
@@ -170,14 +173,14 @@ def _value_end(literal: str, place: int, end: int) -> int:
 
 def _unreadable(start: int, end: int, message: str, cure: str) -> UnreadableError:
     code = errors.WRONG_FORMATTED
-    return UnreadableError(code.at(Span(start, end), message, reason=code.why, cure=cure))
+    return UnreadableError(code.at(Span(start, end), message, reason=code.reason, cure=cure))
 
 
 def _tree_of(source: Source, value: Span) -> Branch:
-    """The tree of the expression at a place of the file, as if it had been read with the file.
+    """Return the tree of the expression at a place of the file, as if it had been read with the file.
 
     Raises:
-        UnreadableError: with what the grammar says of it.
+        UnreadableError: with the errors of the grammar.
     """
     by = value.start - len(_BEFORE)
     tree, diagnostics = read_tree(Source(source.name, f"{_BEFORE}{source.text[value.start : value.end]})\n"))
@@ -206,7 +209,7 @@ def _move(tree: Branch, by: int) -> None:
 
 
 def _moved(diagnostic: Diagnostic, by: int, value: Span) -> Diagnostic:
-    """At its place in the file; what ends the value there is a brace."""
+    """Move a diagnostic to its place in the file; the end of the value there is a brace."""
 
     def label(each: Label) -> Label:
         return Label(Span(each.span.start + by, each.span.end + by), each.text)
@@ -230,7 +233,7 @@ def write_formatted(node: nodes.Formatted, write: Write) -> str:
 
 def _placeholder(node: nodes.Placeholder, write: Write) -> str:
     value = write(node.value)
-    gap = " " if value.startswith("{") else ""  # two braces would be one of the text
+    gap = " " if value.startswith("{") else ""  # two adjacent braces would be a literal brace of the text
     return f"{{{gap}{value}{f':{node.layout}' if node.layout else ''}}}"
 
 

@@ -1,8 +1,8 @@
-"""One layout for every file: `format_source`. Comments and the spelling of numbers, units and strings stay.
+"""One layout for every file: `format_source`. Comments and the spelling of numbers, units and strings are unchanged.
 
-Spaces are those of `pieces`, line breaks those of `wrapping`; what is here stands between and across the lines. At most
+`pieces` sets spaces, `wrapping` line breaks; this module sets the layout between lines and over several lines. At most
 two blank lines follow each other, none follows a line that opens a block, and definitions have one around them. The `=`
-of params on consecutive lines stand below each other; those of assignments too, where the author aligned one of them.
+of params on consecutive lines are aligned; those of assignments too, if the author aligned one of them.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lark import Token
 
 MAX_BLANK = 2
-"""Blank lines that may follow each other."""
+"""Maximum number of consecutive blank lines."""
 _BOM = "\ufeff"
 
 
@@ -47,7 +47,7 @@ def format_tokens(source: Source, read: "Callable[[Source], Sequence[Token]]") -
 
 @dataclass(frozen=True)
 class _Line:
-    """A logical line, how deep in blocks it stands, and where it is in the file."""
+    """A logical line, its nesting level, and its place in the file."""
 
     nodes: tuple[Node, ...]
     level: int
@@ -56,11 +56,11 @@ class _Line:
     indent: int
     """Columns of its indentation in the file."""
     aligned: bool
-    """Whether more than one space stands before its first `=`."""
+    """Whether more than one space is before its first `=`."""
 
     @property
     def defines(self) -> bool:
-        """Whether it begins a definition, which has a blank line before and after it."""
+        """Return whether it begins a definition, which has a blank line before and after it."""
         first = self.nodes[0]
         return isinstance(first, Piece) and first.kind in ("_BEHAVIOR", "_CLASS", "_MONITOR", "_SCENARIO")
 
@@ -116,7 +116,7 @@ def _format(lines: list[_Line], text: str) -> str:
 
 
 def _between(gap: str, indents: Sequence[int], level: int) -> Iterator[str]:
-    """Comments and blank lines before a line of this level, below one whose blocks have these indentations."""
+    """Yield comments and blank lines before a line of this level, below a line with blocks of these indentations."""
     blank = 0
     for raw in gap.split("\n")[:-1]:
         found = raw.strip(" \t\f\\" + _BOM)
@@ -128,7 +128,7 @@ def _between(gap: str, indents: Sequence[int], level: int) -> Iterator[str]:
 
 
 def _stripped(between: Iterable[str], *, start: bool = True, end: bool = True) -> list[str]:
-    """Lines without blank ones at their beginning and end."""
+    """Return the lines without blank lines at their beginning and end."""
     kept = list(dropwhile(lambda line: start and not line, between))
     while end and kept and not kept[-1]:
         kept.pop()
@@ -136,7 +136,7 @@ def _stripped(between: Iterable[str], *, start: bool = True, end: bool = True) -
 
 
 def _set_apart(between: list[str], level: int) -> list[str]:
-    """Lines with at least one that is blank: above the comments of what follows."""
+    """Return the lines with at least one blank line, above the comments of the next statement."""
     if "" in between:
         return between
     own = (number for number, line in enumerate(between) if not line.startswith(" " * (STEP * level + 1)))
@@ -155,7 +155,7 @@ def _comment_level(comment: str, indents: Sequence[int], following: int) -> int:
 
 
 def _alignment(lines: Sequence[_Line], text: str) -> list[int]:
-    """For every line the spaces that its `=` gets, beside the one that it always has."""
+    """Return for every line the number of spaces before its `=`, in addition to the usual one."""
     pads: list[int] = []
     run: list[_Line] = []
     for number, line in enumerate(lines):
@@ -174,7 +174,7 @@ def _belong_together(line: _Line, following: _Line, text: str) -> bool:
 
 
 def _sort(line: _Line) -> str:
-    """`_PARAM` or `NAME` for a param or an assignment of one name that stands on one line, else nothing."""
+    """Return `_PARAM` or `NAME` for a param or an assignment of one name on a single line, else ""."""
     kinds = [node.kind if isinstance(node, Piece) else "" for node in line.nodes]
     plain = "SEMICOLON" not in kinds and not is_parted(line.nodes)
     if kinds[:1] == ["_PARAM"] and kinds[2:3] == ["_EQUAL"] and plain and "COMMA" not in kinds:
@@ -183,7 +183,7 @@ def _sort(line: _Line) -> str:
 
 
 def _pads(run: Sequence[_Line]) -> list[int]:
-    """Spaces that bring the `=` of a run below each other; who would not fit any more parts the run."""
+    """Return the spaces that align the `=` of a run; a line that would become too long splits the run."""
     names = [width(flat(line.nodes[: _equal(line)])) for line in run]
     for number, line in enumerate(run):
         pad = max(names) - names[number]

@@ -17,13 +17,13 @@ from engine.frozen import frozen
 
 TAB_WIDTH = 8
 _REQUIRING = {"_REQUIRE": True, "_REQUIRE_PROBABLY": True, "_EXPECT": True, "SEMICOLON": False}
-"""Tokens with which a `require` or an `expect` begins, and the one that ends a statement inside a line."""
+"""First tokens of a `require` or an `expect`, and the token that ends a statement inside a line."""
 _OPERAND = re.compile(
     r"\(|[ \t]+(?!(?:" + "|".join(sorted(RESERVED - {"False", "None", "True", "lambda", "new", "not"})) + "|along"
     r"|can[ \t]+see|deg|implies|intersects|not[ \t]+in|offset[ \t]+(?:along|by)|seconds|steps)\b)"
     r"(?:[\w(\"'\[{.]|[-+][^\s=])"
 )
-"""What follows a temporal operator, and not a name of the same spelling."""
+"""Pattern of the text after a temporal operator, which distinguishes it from a name of the same spelling."""
 _UNFINISHED = re.compile(r"(?:[-+*/%@=<>]|\b(?:and|or|not|in|is|if|else|by|to|from|of|at))\Z")
 
 _OBJECT = re.compile(r"\bnew\b|=[ \t]*[A-Z]\w*[ \t]+[a-z]")
@@ -77,7 +77,10 @@ def _usual_indent(lines: Sequence[Line]) -> Line | None:
 
 
 def _mixed(line: Line, usual: Line) -> Diagnostic:
-    """Return the error of a line indented unlike most others; no depth after it is known, so no other error is."""
+    """Return the error of a line indented unlike most others.
+
+    The depth is unknown after it, so it is the only error.
+    """
     kinds = {" ": "spaces", "\t": "tabs"}
     found = " and ".join(kinds.get(kind, "others") for kind in sorted(set(line.indent)))
     label = Label(Span(usual.start - len(usual.indent), usual.start), "most lines are indented so")
@@ -86,7 +89,7 @@ def _mixed(line: Line, usual: Line) -> Diagnostic:
         "tabs and spaces are mixed in the indentation",
         f"indented with {found}",
         secondary=[label] if usual is not line else [],
-        reason=errors.MIXED_INDENT.why,
+        reason=errors.MIXED_INDENT.reason,
         cure=f"indent every line with {kinds.get(usual.indent[0], 'spaces')}",
     )
 
@@ -127,7 +130,7 @@ class _Arrangement:
         return Layout(tuple(self.lines), tuple(self.levels), frozenset(self.hollow), tuple(self.diagnostics))
 
     def belongs_to_broken(self, line: Line) -> bool:
-        """Whether the line goes on from one whose brackets or quotes are wrong."""
+        """Return whether the line continues one with wrong brackets or quotes."""
         if not self.lines:
             return False
         previous = self.lines[-1]
@@ -210,14 +213,14 @@ class _Arrangement:
     def missing_body(self) -> None:
         line = self.lines[-1]
         if line.word not in BLOCK_WORDS:
-            return  # no block was meant; the grammar says what is wrong
+            return  # no block was meant; the grammar reports the error
         self.hollow.add(len(self.lines) - 1)
         self.diagnostics.append(
             errors.MISSING_BODY.at(
                 Span(line.end - 1, line.end),
                 f"`{line.word}` has no block" if line.word else "a block is missing",
                 "expected an indented line after this",
-                reason=errors.MISSING_BODY.why,
+                reason=errors.MISSING_BODY.reason,
                 cure="indent the lines that belong to it by four spaces (write `pass` if there are none)",
             )
         )
@@ -227,22 +230,22 @@ class _Arrangement:
             Span(line.start, line.end),
             f"blocks are nested more than {MAX_DEPTH} deep",
             "one too many",
-            reason=errors.TOO_DEEP.why,
+            reason=errors.TOO_DEEP.reason,
             cure="move inner blocks into a behavior of their own",
         )
 
 
 def synthetic(kind: str, offset: int) -> Token:
-    """A token that no text stands for."""
+    """Return a token without text."""
     return Token(kind, "None" if kind == "CONSTANT" else "", offset, 1, 1, 1, 1, offset)
 
 
 class Indenter:
-    """Lark's post-lexer: keeps the line breaks that end a logical line and adds what opens and closes blocks.
+    """Lark's post-lexer: retains the line breaks that end a logical line and adds tokens that open and close blocks.
 
     Temporal operators are names outside a `require` and an `expect`.
 
-    It holds the layout of the text that is being read, so one parse at a time.
+    It stores the layout of the present text, so it serves one parse at a time.
     """
 
     always_accept = ("_NEWLINE",)
@@ -289,7 +292,7 @@ class Indenter:
             self.making[-1] = True
 
     def is_operator(self, word: Token) -> bool:
-        """Whether `always`, `eventually` or `next` is no name here: in such a place, with a value after it."""
+        """Return whether `always`, `eventually` or `next` is an operator: its place allows it, and a value follows."""
         return self.requiring and _OPERAND.match(self.text, word.end_pos or 0) is not None
 
     def line_end(self, index: int) -> Iterator[Token]:

@@ -1,4 +1,4 @@
-"""Numbers, strings and units: from what stands in the file to their value, and back."""
+"""Numbers, strings and units: from their text to their value, and back."""
 
 import re
 from collections.abc import Mapping
@@ -101,7 +101,7 @@ SPOKEN_UNITS: Mapping[str, str] = MappingProxyType(
         "hertz": "Hz",
     }
 )  # fmt: skip
-"""What people write, and the unit that they mean."""
+"""Common spellings of units, and the unit that they mean."""
 
 
 def unit_list() -> str:

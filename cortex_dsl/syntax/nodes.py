@@ -1,4 +1,4 @@
-"""The syntax tree: what was written, shaped as the author thinks. Frozen; spans never take part in equality."""
+"""The syntax tree: the text in its structure as the author sees it. Frozen; spans never take part in equality."""
 
 from dataclasses import field
 
@@ -66,7 +66,7 @@ class Constant(Expression):
 
 @frozen
 class InitialScenario(Expression):
-    """`initial scenario`: whether no scenario was set up before this one."""
+    """`initial scenario`: whether no scenario was set up before the present one."""
 
 
 @frozen
@@ -237,7 +237,7 @@ class SideOf(Expression):
 
 @frozen
 class VisiblePart(Expression):
-    """`[not] visible region`, `region [not] visible from x`: what the ego or x sees of it, or does not see."""
+    """`[not] visible region`, `region [not] visible from x`: the part of it that the ego or x sees, or does not see."""
 
     region: Expression
     seen: bool
@@ -254,7 +254,7 @@ class RelativeTo(Expression):
 
 @frozen
 class FieldAt(Expression):
-    """`(field at place)`: only in brackets, for elsewhere `at` says where an object stands."""
+    """`(field at place)`: only in brackets, since elsewhere `at` gives the place of an object."""
 
     field: Expression
     place: Expression
@@ -440,7 +440,7 @@ class Map(Statement):
 
 @frozen
 class Simulation(Statement):
-    """`simulation(time_step=0.05 s, max_attempts=2000)`: what the file says about how it is run."""
+    """`simulation(time_step=0.05 s, max_attempts=2000)`: settings of the file for its runs."""
 
     arguments: tuple[Argument, ...]
 
@@ -508,7 +508,7 @@ class Require(Statement):
 
 @frozen
 class RequireMonitor(Statement):
-    """`require monitor M(arguments) as "name"`: the monitor runs beside the scenario."""
+    """`require monitor M(arguments) as "name"`: the monitor runs in parallel to the scenario."""
 
     monitor: Expression
     name: str | None = None
@@ -525,7 +525,7 @@ class TerminateWhen(Statement):
 
 @frozen
 class Expect(Statement):
-    """`expect condition as "name"`: what the system under test owes in every run."""
+    """`expect condition as "name"`: an expectation on the system under test in every run."""
 
     condition: Expression
     name: str | None = None
@@ -697,7 +697,7 @@ class Do(Statement):
     in_steps: bool = False
     """`do b for 20 steps`."""
     mode: str = ""
-    """`choose`: one of them at random; `shuffle`: all, one after the other, in random order."""
+    """Mode: `choose`, one of them at random; `shuffle`, all, one after the other, in random order."""
 
 
 @frozen
@@ -723,7 +723,7 @@ class Assert(Statement):
 
     @property
     def name(self) -> str:
-        """What it says of itself; values in it stay open."""
+        """Return the message; values in a formatted message appear as `…`."""
         if isinstance(self.message, Formatted):
             return "".join(part if isinstance(part, str) else "…" for part in self.message.parts)
         return self.message.value if isinstance(self.message, String) else ""

@@ -22,7 +22,7 @@ from cortex_dsl.syntax.token_search import Lexers
 from cortex_dsl.syntax.words import LATER_BLOCKS
 from engine.user_cache import cached_file
 
-# -- Going on after a syntax error: the rest of the line is skipped and something harmless stands in its place ---------
+# -- Recovery after a syntax error: the rest of the line is skipped and replaced by a harmless statement ---------------
 
 _CONDITION = ("CONSTANT", "COLON")
 _HEADS = {
@@ -41,7 +41,7 @@ _HEADS = {
     "try": ("_TRY", "COLON"),
 }
 _CONTINUING = frozenset({"elif", "else", "except", "finally", "interrupt", "try"})
-"""Heads that belong to what stands above or below them, with or without a block."""
+"""First words of blocks that belong to the statements above or below them, with or without a block."""
 _ANY_HEAD = ("_WHILE", *_CONDITION)
 
 
@@ -78,14 +78,14 @@ def _stand_in(word: str, has_block: bool) -> tuple[str, ...]:
 
 
 def _unwind(run: InteractiveParser, kind: str) -> bool:
-    """Forget what was half read, down to where a token of this kind may stand."""
+    """Remove partially read symbols, down to a state that accepts a token of this kind."""
     state = run.parser_state
     states = state.parse_conf.states
     for depth in range(len(state.state_stack), 0, -1):
         if kind in states[state.state_stack[depth - 1]]:
             shorter = run.copy(deepcopy_values=False)
             _shorten(shorter, depth)
-            # The table may promise what a later reduction refuses, so ask for the whole truth.
+            # The table may promise a token that a later reduction refuses, so query the exact set.
             if kind in shorter.accepts():
                 _shorten(run, depth)
                 return True
@@ -106,13 +106,13 @@ def _move_to(state: LexerState | None, offset: int) -> None:
 # -- Parsing -----------------------------------------------------------------------------------------------------------
 
 _LOCK = threading.Lock()
-"""The post-lexer belongs to the one parser, so texts are parsed one at a time."""
+"""Lock for the post-lexer of the only parser: texts are parsed one at a time."""
 
 
 def read_tree(source: Source) -> tuple[Tree[Token] | None, list[Diagnostic]]:
-    """The tree of a text and every error found in it; None where there is nothing to build a tree from.
+    """Return the tree of a text and every error in it; None if a tree cannot be built.
 
-    After errors the tree has `pass` or an empty condition in the place of what could not be read.
+    After errors the tree has `pass` or an empty condition in place of the unreadable text.
     """
     layout = lay_out(source.text)
     diagnostics = list(layout.diagnostics)
@@ -158,7 +158,7 @@ def _run(source: Source, layout: Layout, diagnostics: list[Diagnostic]) -> tuple
 
 
 def _offset(error: UnexpectedInput, end: int) -> int:
-    """Where the error was met, as an offset into the text."""
+    """Return the offset of an error in the text."""
     if isinstance(error, UnexpectedCharacters):
         return error.pos_in_stream or 0
     if isinstance(error, UnexpectedToken) and error.token.type != "$END":
@@ -168,7 +168,7 @@ def _offset(error: UnexpectedInput, end: int) -> int:
 
 @cache
 def _parser() -> tuple[Lark, Indenter]:
-    """The parser and its post-lexer, from the cache of an earlier run if there is one."""
+    """Return the parser and its post-lexer, from the cache of an earlier run if it exists."""
     grammar = resource("grammar/cortex.lark").read_text(encoding="utf-8")
     indenter = Indenter()
     key = sha256("\0".join((grammar, lark_version, sys.version)).encode()).hexdigest()[:24]
@@ -187,10 +187,10 @@ def _parser() -> tuple[Lark, Indenter]:
 
 
 def _pass_on(lark: Lark) -> None:
-    """Let the levels of expressions hand on what they hold alone, as it is.
+    """Make the levels of expressions return their only child unchanged.
 
-    Lark does so too (`?rule`), but works out its place again at each of the dozen levels between a number and a line,
-    which is half of the time that it takes to read a text.
+    Lark does so too (`?rule`), but computes its place again at each of the dozen levels between a number and a line,
+    which is half of the time of reading a text.
     """
     callbacks = lark.parse_interactive("").parser_state.parse_conf.callbacks
     for rule in callbacks:
@@ -199,6 +199,6 @@ def _pass_on(lark: Lark) -> None:
 
 
 def _is_level(rule: Rule) -> bool:
-    """Whether a rule is worth the one thing that it consists of."""
+    """Return whether a rule returns its only child."""
     alone = len(rule.expansion) == 1 and not rule.expansion[0].name.startswith("_")
     return alone and rule.options.expand1 and not rule.alias and not any(rule.options.empty_indices)

@@ -1,4 +1,4 @@
-"""A logical line as the formatter sees it: tokens with what stood before each, in groups by brackets."""
+"""A logical line as the formatter sees it: tokens with the text before each, in groups by brackets."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -13,10 +13,10 @@ _ENDS_VALUE = {"NAME", "NUMBER", "STRING", "FSTRING", "CONSTANT", "UNIT", "_DEG"
 _CALLED = {"_SIMULATION", "_SIGNALS", "_REQUIRE_PROBABLY"}
 """Words that a bracket follows without a space."""
 _SIGNED = {"PLUS", "MINUS", "STAR"}
-"""Signs that belong to what follows, where no value stands before them."""
+"""Signs that belong to the next token if no value is before them."""
 _NEVER_APART = {"COMMA", "_COMMA_SPECIFIER", "COLON", "SEMICOLON", *_CLOSE}
 _BINDING = {"_LAMBDA": "COLON", "_FOR": "IN"}
-"""Words before names, and what ends those names: the commas between part no items."""
+"""Words before names, and the tokens that end those names: the commas between them separate no items."""
 _COMMENT = re.compile(r"#[^\n]*")
 
 
@@ -34,7 +34,7 @@ class Piece:
     kind: str
     text: str
     space: bool = False
-    """Whether a space stands before it within a line."""
+    """Whether a space is before it within a line."""
     comments: tuple[Comment, ...] = ()
     broken: bool = False
     """Whether the author ended a line before it."""
@@ -46,7 +46,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Group:
-    """Brackets with what is in them."""
+    """Brackets with their contents."""
 
     open: Piece
     nodes: "tuple[Node, ...]"
@@ -58,7 +58,7 @@ class Group:
 
     @property
     def forced(self) -> bool:
-        """Whether its items get lines of their own: the author broke it open, or a comment stands in it."""
+        """Return whether its items get lines of their own: the author broke it open, or it contains a comment."""
         if not self.nodes:
             return bool(self.close.comments)
         opened = leading(self.nodes[0]).broken
@@ -74,7 +74,7 @@ def leading(node: Node) -> Piece:
 
 
 def is_forced(node: Node) -> bool:
-    """Whether a line must end before or in it."""
+    """Return whether a line must end before or in it."""
     return bool(leading(node).comments) or (isinstance(node, Group) and node.forced)
 
 
@@ -124,7 +124,7 @@ def _takes_comma(opening: Piece, nodes: Sequence[Node], called: bool, before: Pi
 
 
 class _Pieces:
-    """One walk over the tokens of a line, with what decides about spaces."""
+    """One pass over the tokens of a line, with the state that decides about spaces."""
 
     def __init__(self, tokens: Sequence[Token], text: str) -> None:
         self.tokens = tokens

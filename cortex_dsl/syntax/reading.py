@@ -1,4 +1,4 @@
-"""From a path to a `Source`: what is in the file is checked here, whether there is a file is the caller's business."""
+"""From a path to a `Source`: the contents of the file are checked here, its existence is checked by the caller."""
 
 import re
 from pathlib import Path
@@ -10,12 +10,12 @@ from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.errors import MAX_BYTES
 
 _LONE_RETURN = re.compile(r"\r(?!\r*\n|\r*\Z)")
-"""One that something follows; several before a line feed are an accident of tools, and do no harm."""
+"""A carriage return before other text; several before a line feed are an accident of tools, and do no harm."""
 _NOTHING = re.compile(r"(?:\s|\ufeff|#[^\n]*(?:\n|\Z))*\Z")
 
 
 def read_source(path: str | Path) -> Source:
-    """The text of a file under the name by which it was asked for.
+    """Return the text of a file under the requested name.
 
     Raises:
         CompileError: the content is no text in UTF-8, is empty, or is too large.
@@ -39,7 +39,7 @@ def decode(name: str, content: bytes) -> Source:
             errors.EMPTY_FILE.at(
                 Span(0, 0),
                 "this file has no statements",
-                reason=errors.EMPTY_FILE.why,
+                reason=errors.EMPTY_FILE.reason,
                 cure="begin with `map intersection(ways=4)` and `ego = new Car at …`",
             ),
         )
@@ -80,7 +80,7 @@ def check_size(name: str, size: int) -> None:
             errors.LARGE_FILE.at(
                 Span(0, 0),
                 f"this file is larger than {MAX_BYTES >> 10} KiB",
-                reason=errors.LARGE_FILE.why,
+                reason=errors.LARGE_FILE.reason,
                 cure="check whether it is a scenario at all, or split it",
             ),
         )
@@ -94,7 +94,7 @@ def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple
         Span(start, start + 1),
         "this file is not UTF-8",
         f"byte 0x{content[bad.start]:02x}",
-        reason=errors.WRONG_ENCODING.why,
+        reason=errors.WRONG_ENCODING.reason,
         cure="save it as UTF-8",
     )
 

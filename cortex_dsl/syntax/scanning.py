@@ -1,6 +1,6 @@
-r"""Logical lines: where statements begin and end, before any grammar.
+r"""Logical lines: the bounds of statements, before any grammar.
 
-A line goes on inside brackets, after a `\` at its end, and after a comma if what follows is indented deeper.
+A line continues inside brackets, after a `\` at its end, and after a comma if the next line is indented deeper.
 """
 
 import re
@@ -55,7 +55,7 @@ class Line:
     opens: bool
     """Whether it ends in a colon."""
     broken: bool
-    """Whether something was already said about it, so that its grammar is not worth a word."""
+    """Whether an error was reported for it, so that its grammar is not checked."""
 
 
 @frozen
@@ -63,7 +63,7 @@ class Scan:
     lines: tuple[Line, ...]
     diagnostics: tuple[Diagnostic, ...]
     hopeless: bool = False
-    """Whether nesting went over its limit, so that nothing else is worth a word."""
+    """Whether nesting exceeded its limit, so that nothing else is reported."""
 
 
 class _NestingError(Signal):
@@ -125,7 +125,7 @@ class _Scanner:
                     Span(offset, offset + 1),
                     f"brackets are nested more than {MAX_DEPTH} deep",
                     "one too many",
-                    reason=errors.TOO_DEEP.why,
+                    reason=errors.TOO_DEEP.reason,
                     cure="give inner parts a name of their own",
                 )
             )
@@ -160,7 +160,7 @@ class _Scanner:
         )
 
     def partner(self, found: str) -> int:
-        """Index of the innermost open bracket of the same kind, or else of the innermost one."""
+        """Return the index of the innermost open bracket of the same kind, or else of the innermost one."""
         same = [index for index, offset in enumerate(self.brackets) if PAIRS[self.text[offset]] == found]
         return same[-1] if same else len(self.brackets) - 1
 
@@ -178,7 +178,7 @@ class _Scanner:
                 cure=f"write {quotes} where the string ends",
             )
         )
-        # A closing bracket was most likely swallowed by the string, or an earlier line has an open one.
+        # The string most likely contains the closing bracket, or an earlier line has an open one.
         self.mismatched |= bool(self.brackets)
         self.brackets.clear()
         self.broken = True

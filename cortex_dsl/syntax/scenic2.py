@@ -26,13 +26,13 @@ _HEAD = re.compile(r"(?P<kind>behavior|monitor)[ \t]+(?P<name>\w+)[ \t]*(?P<colo
 _SPECIFIED = re.compile(rf"[ \t]+(?:{'|'.join(sorted(SPECIFIER_WORDS))})\b")
 _MADE = re.compile(rf"(?P<skipped>{_SKIPPED})|(?<![\w.])(?P<name>[A-Z]\w*)\b")
 _WHOLE = re.compile(r"(?:[^\W\d]\w*[ \t]*=[ \t]*|return[ \t]+)?\Z")
-"""What may stand before a class that is the whole value of a statement."""
+"""Pattern of the text before a class that is the whole value of a statement."""
 _ASSIGNED = re.compile(r"^[ \t]*([^\W\d]\w*)[ \t]*=", re.MULTILINE)
 _BEFORE = re.compile(r"\b(?:new|class)[ \t]+\Z")
 
 
 def in_scenic_3(text: str) -> str:
-    """The text of a script in the spelling of Scenic 3; what is so already stays."""
+    """Return the text of a script in the spelling of Scenic 3; correct parts are unchanged."""
     lines = scan(text).lines
     values = {*RESERVED, *_ASSIGNED.findall(text)}
     edits = sorted(edit for line in lines for edit in (*_brackets(text, line), *_objects(text, line, values)))
@@ -52,7 +52,7 @@ def _brackets(text: str, line: Line) -> Iterator[tuple[int, str]]:
 
 
 def _objects(text: str, line: Line, values: Collection[str]) -> Iterator[tuple[int, str]]:
-    """The places before the classes of which a statement makes objects: what specifiers follow, or stands alone.
+    """Yield the places before classes from which a statement makes objects: with specifiers after them, or alone.
 
     Names of values are no classes.
     """
@@ -67,8 +67,13 @@ def _objects(text: str, line: Line, values: Collection[str]) -> Iterator[tuple[i
 
 
 def in_one(diagnostics: Sequence[Diagnostic], source: Source) -> list[Diagnostic]:
-    """The same, those of the spelling of Scenic 2 as one, if several: it names their lines and the command."""
-    spelled = [each for each in diagnostics if each.code == errors.MISSING_NEW.id or each.cure == errors.WRITE_BRACKETS]
+    """Return the diagnostics with those of the spelling of Scenic 2 merged.
+
+    The merged diagnostic names their lines and the command.
+    """
+    spelled = [
+        each for each in diagnostics if each.code == errors.MISSING_NEW.code or each.cure == errors.WRITE_BRACKETS
+    ]
     if len(spelled) <= MOST_FORGOTTEN:
         return list(diagnostics)
     first, *others = spelled

@@ -1,8 +1,8 @@
-"""Lark's scanner without its first expense: at each place the tokens that may come are tried one by one.
+"""Lark's scanner without its first cost: in each state the accepted tokens are tried one by one.
 
-Lark joins them to one expression a place. A file of a few lines meets dozens of places, and compiling their
-expressions takes several times as long as reading it. In a long text each place comes again and again: where its
-patience is over, its expression is compiled as ever. Both ways the first token that fits is taken, in the same order.
+Lark joins them to one expression per state. A file of a few lines meets dozens of states, and compiling their
+expressions takes several times as long as reading it. In a long text each state recurs: after `_PATIENCE` tokens its
+expression is compiled as usual. Both ways the first token that fits is taken, in the same order.
 """
 
 import re
@@ -13,7 +13,7 @@ from lark.lexer import BasicLexer, ContextualLexer, Scanner, TerminalDef
 from lark.utils import TextSlice
 
 _PATIENCE = 100
-"""Tokens at a place that are found one by one."""
+"""Number of tokens in a state that are found one by one."""
 
 _compiled = cache(re.compile)
 
@@ -66,7 +66,10 @@ class PatientScanner:
 
 class _Lexer(BasicLexer):
     def _build_scanner(self) -> Any:
-        """Of the tokens at a place. No keyword is a plain text that a name would fit, so none needs a callback."""
+        """Build the scanner for one parser state.
+
+        No keyword needs a callback, since no name matches a keyword's plain text.
+        """
         self.callback = dict(self.user_callbacks)
         return PatientScanner(list(self.terminals))
 

@@ -1,7 +1,7 @@
 """Expressions back to text.
 
-Every expression is written with the level of its rule in the grammar, and put into brackets where a tighter one is
-wanted.
+Every expression is written with the level of its rule in the grammar, and put into brackets if its context needs a
+tighter level.
 """
 
 import re
@@ -47,7 +47,7 @@ _BINARY_LEVELS = {"+": Level.SUM, "-": Level.SUM} | dict.fromkeys(["*", "/", "//
 
 
 def write(node: nodes.Expression, least: Level = Level.EXPRESSION) -> str:
-    """Text of an expression where one of at least this level is wanted."""
+    """Return the text of an expression in a context that needs at least this level."""
     text, level = _EXPRESSIONS[type(node)](node)
     return text if level >= least else f"({text})"
 
@@ -303,7 +303,7 @@ _EXPRESSIONS: dict[type[nodes.Expression], Callable[[Any], Written]] = {
 
 
 def write_specifier(node: nodes.Specifier) -> str:
-    """Operands never end in a `new`, whose own specifiers would swallow the following ones."""
+    """Return the text of a specifier; operands never end in a `new`, whose specifiers would absorb the next ones."""
     match node:
         case nodes.At():
             return f"at {_operand(node.position)}"

@@ -1,4 +1,4 @@
-"""The words of the language: reserved ones, every keyword with its meaning, and Scenic's that are not here yet."""
+"""The words of the language: reserved ones, every keyword with its meaning, and Scenic's unsupported words."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ BLOCK_WORDS = frozenset({
     "behavior", "if", "elif", "else", "while", "try", "interrupt", "for", "def", "class", "with", "except",
     "finally", "monitor", "scenario", "setup", "compose", "precondition", "invariant",
 })  # fmt: skip
-"""Words whose lines go on in deeper ones; a guard only by mistake."""
+"""Words whose lines continue in deeper ones; a guard only by mistake."""
 
 GUARDS = frozenset({"precondition", "invariant"})
 TEMPORAL_PREFIXES = frozenset({"always", "eventually", "next"})
@@ -29,22 +29,22 @@ SPECIFIER_WORDS = frozenset({
 
 # -- Keywords ----------------------------------------------------------------------------------------------------------
 #
-# Every keyword once: what it begins or joins, how the construct is written, and one sentence about it.
+# Every keyword once: its role, the form of the construct, and one sentence about it.
 #
 # The grammar says the same with more precision (a test compares the words); colouring, completion and hover read this.
 
 
 class Role(Enum):
-    """Where a keyword stands."""
+    """Position of a keyword."""
 
     STATEMENT = "statement"
     """Begins a statement of the file, or of a scenario's `setup`."""
     ACT = "act"
     """Begins a statement of a behavior, a monitor or a `compose`."""
     CLAUSE = "clause"
-    """Begins a part of a statement: a line that goes on with what stands above it."""
+    """Start of a part of a statement: a line that continues the statement above it."""
     SPECIFIER = "specifier"
-    """Says where an object stands, or what it is like."""
+    """Place or property of an object."""
     OPERATOR = "operator"
     """Makes a value."""
     LINK = "link"
@@ -59,7 +59,7 @@ class Keyword:
     """Words with one blank between them."""
     role: Role
     form: str
-    """How the whole construct is written; capitals stand for what is filled in."""
+    """Form of the whole construct; capitals are placeholders."""
     doc: str
 
     @property
@@ -215,11 +215,11 @@ CONSTANT_WORDS = ("True", "False", "None")
 
 
 def with_role(*roles: Role) -> tuple[Keyword, ...]:
-    """The keywords of some roles, longest first, so that the first that matches is the right one."""
+    """Return the keywords of some roles, longest first, so that the first match is the right one."""
     return tuple(sorted((k for k in KEYWORDS if k.role in roles), key=lambda k: -len(k.phrase)))
 
 
-# -- What Scenic has and this version of the language does not have yet, so that it gets a fitting answer --------------
+# -- Constructs of Scenic that this version of the language lacks, so that they get a fitting answer -------------------
 
 LATER_STATEMENTS: Mapping[str, str] = MappingProxyType(
     {
@@ -236,10 +236,10 @@ LATER_STATEMENTS: Mapping[str, str] = MappingProxyType(
         "yield": "`yield`",
     }
 )
-"""First word of a statement, and what the message calls it."""
+"""First word of a statement, and its name in the message."""
 
 LATER_BLOCKS = frozenset(LATER_STATEMENTS)
-"""Statements whose whole block is skipped."""
+"""Statements with a block that is skipped as a whole."""
 
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {
@@ -254,7 +254,7 @@ LATER_OPERATORS: Mapping[str, str] = MappingProxyType(
         "bottom": "`bottom of`",
     }
 )
-"""Words of operators, and what the message calls them."""
+"""Words of operators, and their names in the message."""
 
 LATER_SPECIFIERS: Mapping[str, str] = MappingProxyType(
     {

@@ -1,8 +1,8 @@
-"""Where the lines of a formatted statement end.
+"""Ends of lines in a formatted statement.
 
-A statement stands on one line if it fits and its author did not open it: an object whose specifiers were on lines of
-their own keeps them so, and so do brackets with a line break behind the opening one, or a comment in them. What does
-not fit is parted at the commas outside brackets, each on a deeper line, and then bracket by bracket, the outer ones
+A statement is on one line if it fits and its author did not open it: an object with its specifiers on lines of their
+own remains so, and so do brackets with a line break after the opening one, or a comment in them. A statement that does
+not fit is split at the commas outside brackets, each part on a deeper line, and then bracket by bracket, the outer ones
 first; inside them before `and`, `or`, `for`, `if` and `else`.
 """
 
@@ -54,7 +54,7 @@ def separators(nodes: Sequence[Node]) -> list[int]:
 
 
 def is_parted(nodes: Sequence[Node]) -> bool:
-    """Whether the author ended a line behind one of its separators."""
+    """Return whether the author ended a line after one of its separators."""
     return any(leading(nodes[place + 1]).broken for place in separators(nodes))
 
 
@@ -97,7 +97,7 @@ class _Page:
         self.fresh = False
 
     def end_line(self, comments: Sequence[Comment], indent: int, last: int | None = None) -> None:
-        """End the line with the comment that stands behind it, and write those that have their own."""
+        """End the line with its trailing comment, and write the comments on lines of their own."""
         for number, comment in enumerate(comments):
             if number or comment.alone:
                 self.new_line(indent)
@@ -112,7 +112,7 @@ class _Page:
         self.fresh = True
 
     def write(self, nodes: Sequence[Node], indent: int, hang: int, after: int = 0) -> None:
-        """Nodes of one stretch, whose brackets close at `indent`; `after` columns are needed behind it."""
+        """Write nodes of one stretch, with brackets that close at `indent`; `after` columns are needed after it."""
         for number, node in enumerate(nodes):
             lead = leading(node)
             if lead.comments and not self.fresh:
@@ -128,7 +128,7 @@ class _Page:
                 self.put(_flat(node, first=True), lead)
 
     def fits(self, group: Group, following: Sequence[Node], after: int) -> bool:
-        """Whether a group can stand on this line, with what follows up to the next bracket."""
+        """Return whether a group fits on this line, with the text up to the next bracket."""
         end = next((number for number, node in enumerate(following) if isinstance(node, Group)), len(following))
         rest = width(flat(following[:end])) + (after if end == len(following) else 2)
         return self.column + 1 + width(_flat(group, first=True)) + rest <= WIDTH
@@ -162,7 +162,7 @@ class _Page:
 
 
 def _ends_in_comma(group: Group, items: Sequence[tuple[Sequence[Node], Piece | None]]) -> bool:
-    """Whether a comma stands behind the last item when the items have lines of their own."""
+    """Return whether a comma is after the last item when the items have lines of their own."""
     written = items[-1][1] is not None
     return (len(items) > 1 or (written and not group.called)) if group.takes_comma else written
 

@@ -31,7 +31,7 @@ __all__ = ["maneuver_files", "maneuver_plan"]
 
 
 CHAMPIONS = 50
-"""As many of a run's worst cases are looked at for such as make the same finite choices."""
+"""Number of worst cases of a run among which cases with the same finite choices are selected."""
 NOTHING_VARIES = "no file of parameter values is written: nothing in the scenario depends on a param"
 
 
@@ -86,9 +86,9 @@ class _Champions(NamedTuple):
 
     sets: Sequence[Mapping[str, float]]
     others: int
-    """How many make other choices, …"""
+    """Number of cases with other choices."""
     looked_at: int
-    """… of so many that were looked at."""
+    """Number of cases that were compared."""
 
 
 def _champions(case: "ExportCase", plan: ManeuverPlan, worst: Sequence["Case"]) -> _Champions:

@@ -1,5 +1,6 @@
-"""Expressions of a scenario as formulas over its params, with everything else as it is in one scene; and what
-expressions of a behaviour are worth at the instant at which a run begins.
+"""Expressions of a scenario as formulas over its params, with all other values as in one scene.
+
+Expressions of a behaviour take their values at the start of a run.
 """
 
 import math
@@ -36,11 +37,11 @@ SAID: Mapping[Op, Callable[..., Formula]] = {
     Op.ABS: lambda a: formula.most(a, formula.subtract(formula.ZERO, a)),
     **{op: partial(formula.applied, row.formula) for op, row in OPERATORS.items() if row.formula},
 }
-"""Operations that expressions of OpenSCENARIO know; of what is drawn or chosen any other is worked out here."""
+"""Operations of OpenSCENARIO's expressions; any other operation on sampled or chosen values is evaluated here."""
 
 
 class UnsayableError(Signal):
-    """Something of a scenario for which OpenSCENARIO has no words: what, and where it stands."""
+    """A part of a scenario that OpenSCENARIO cannot express, and its place."""
 
     def __init__(self, what: str, span: Span) -> None:
         super().__init__(what)
@@ -50,7 +51,7 @@ class UnsayableError(Signal):
 
 @dataclass(frozen=True)
 class Case:
-    """One scene of a scenario: its variant, and what was drawn for it."""
+    """One scene of a scenario: its variant, and its sampled values."""
 
     scenario: Scenario
     scenes: Scenes
@@ -77,13 +78,13 @@ class Case:
 
     @property
     def may_hide(self) -> bool:
-        """Whether somebody may be out of sight behind a third, or behind a building."""
+        """Return whether an actor may be hidden by another actor or by a building."""
         third = len(self.columns) > 2 and bool(self.columns[:, Column.OCCLUDING].any())
         return third or len(self.scenario.program.road.buildings) > 0
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Of the params, as a file of others may call them."""
+        """Return unique names of the params that other formats accept."""
         return unique_names(gene.name for gene in self.whole.genes)
 
     @cached_property
@@ -102,10 +103,10 @@ class Case:
 
 
 def formula_of(case: Case, expression: ir.Expr) -> Formula:
-    """What an expression is worth, as a formula over the params.
+    """Return an expression as a formula over the params.
 
     Raises:
-        UnsayableError: it depends on the running simulation, or on something that only a simulator works out.
+        UnsayableError: it depends on the running simulation, or on a value that only a simulator computes.
     """
     if isinstance(expression, ir.Literal):
         return formula.number(expression.value)

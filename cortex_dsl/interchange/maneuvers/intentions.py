@@ -1,4 +1,4 @@
-"""What a behaviour does, as far as speeds, a route and triggers can say it."""
+"""Acts of a behaviour, as far as speeds, a route and triggers can express them."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,30 +17,30 @@ from engine.opcodes import Op
 from engine.vocabulary import ActorKind, Column, Command, State
 
 LEAST_RATE = 0.0001
-"""Added to what brakes do: readers take no rate of 0, that of a pedal which is not pressed [m/s^2]."""
+"""Offset of braking rates [m/s^2]: readers reject a rate of 0, that of a pedal which is not pressed."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What an actor does, without where."""
+    """Speeds and route of an actor, without its start."""
 
     target: Formula
     """Speed it goes for [m/s]."""
     rate: Formula
     """Acceleration with which it does so [m/s^2]."""
     path: int | None = None
-    """What it follows; None for an actor that only keeps a speed."""
+    """Path that it follows; None for an actor that only maintains a speed."""
     lateral: float = math.inf
     """Lateral acceleration that it accepts in bends [m/s^2]."""
     reactions: tuple[Reaction, ...] = ()
-    """In the order of precedence, their triggers exclusive."""
+    """Reactions in order of precedence; their triggers are exclusive."""
     ends: tuple[tuple[Trigger, int], ...] = ()
     """When it ends the run, and by which rule."""
 
 
 @dataclass
 class Reader:
-    """Reads the behaviour of one actor; `remarks` gathers what it had to leave out."""
+    """Reads the behaviour of one actor; `remarks` lists the omitted parts."""
 
     case: Case
     names: tuple[str, ...]
@@ -52,10 +52,10 @@ class Reader:
         return self.case.actors[self.actor].kind
 
     def drive(self) -> Drive:
-        """All of it.
+        """Return the whole drive of the actor.
 
         Raises:
-            UnsayableError: only its trajectory describes what the actor does.
+            UnsayableError: only its trajectory describes the motion of the actor.
         """
         block = self.case.actors[self.actor].behaviour
         if self.kind == ActorKind.OBSTACLE:
@@ -147,7 +147,7 @@ class Reader:
     # -- interrupts ---------------------------------------------------------------------------------------------------
 
     def _interrupted(self, act: ir.TryInterrupt) -> Drive:
-        """The body, with what later handlers do before what earlier ones do."""
+        """Return the drive of the body, with later handlers before earlier ones."""
         drive = self._block(act.body)
         reactions, ends = [], []
         for condition, acts in reversed(act.handlers):
@@ -166,7 +166,7 @@ class Reader:
         return replace(drive, reactions=_numbered((*reactions, *inner)), ends=(*ends, *inner_ends))
 
     def _handled(self, block: ir.Block) -> Change | int:
-        """What a handler does: a change of speed for as long as its condition holds, or the rule that ends the run."""
+        """Return the act of a handler: a change of speed while its condition holds, or the rule that ends the run."""
         acts = list(self._opened(block))
         first = acts[0] if acts else None
         if isinstance(first, ir.Terminate):
@@ -268,10 +268,10 @@ def _name(act: ir.Act) -> str:
     return NAMES.get(type(act), "an act")
 
 
-# -- what a run shows besides ------------------------------------------------------------------------------------------
+# -- facts that only a run shows ---------------------------------------------------------------------------------------
 
 WIDE = 0.5
-"""Who is further than this from the middle of its lanes [m] does not keep to them."""
+"""Largest distance from the middle of its lanes at which an actor keeps to them [m]."""
 
 
 def refuse_wide(case: Case, actor: int, drive: Drive, run: Recording | None) -> None:

@@ -1,5 +1,6 @@
-"""From one scene of a compiled scenario to a neutral plan of all its actors: where each starts (as a formula where the
-file ties its place to a param, else as it was drawn), which way it goes, and what ends the run.
+"""From one scene of a compiled scenario to a neutral plan of all its actors: start, route, and ends of the run.
+
+A start is a formula if the file ties its place to a param, else the sampled place.
 """
 
 import math
@@ -38,7 +39,7 @@ from engine.vocabulary import ActorKind, Column, RuleKind
 # -- where actors start ------------------------------------------------------------------------------------------------
 
 NEAR = 1e-6
-"""What is no further from a centre line is on it [m, rad]."""
+"""Distance and angle up to which a pose is on a centre line [m, rad]."""
 MAX_LANE_OFFSET = 0.5
 """Further from a lane's centre line than this part of its width, an actor is on no lane."""
 PROBES = 9
@@ -47,14 +48,17 @@ PROBES = 9
 
 @dataclass(frozen=True)
 class Placed:
-    """A start, and what others may vary of it."""
+    """A start, and the parameters that vary it."""
 
     start: Start
     parameters: tuple[Parameter, ...] = ()
 
 
 def start_of(case: Case, actor: int, name: str, lanes: Sequence[Lane]) -> Placed:
-    """Where an actor starts, on one of these lanes if it is near one. Places are those of rear axles."""
+    """Return the start of an actor, relative to one of these lanes if it is near one.
+
+    Positions are those of rear axles.
+    """
     x, y, heading = (case.column(actor, column) for column in (Column.X, Column.Y, Column.HEADING))
     back = case.column(actor, Column.REAR_TO_CENTER)
     pose = (x - back * math.cos(heading), y - back * math.sin(heading), heading)
@@ -130,7 +134,7 @@ def _given(case: Case, actor: int, lane: Lane) -> Formula | None:
 
 @dataclass(frozen=True)
 class _Tie:
-    """`abs((distance from actor to region) - wanted) <= slack`, where the distance is what is left of the lane."""
+    """`abs((distance from actor to region) - wanted) <= slack`, if the distance is the remainder of the lane."""
 
     wanted: Formula
     slack: float
@@ -139,7 +143,10 @@ class _Tie:
 
 
 def _tied(case: Case, actor: int, name: str, s: float, tie: _Tie) -> tuple[Formula, tuple[Parameter, ...]]:
-    """What the param asks for, and how far off it the draw was: within the slack every shift is allowed."""
+    """Return the start position that the params give, with a shift parameter for the offset of the draw.
+
+    Shifts are allowed within the slack of the tie.
+    """
     shift, back = _free(case, f"{name}_shift"), case.column(actor, Column.REAR_TO_CENTER)
     genome = dict(zip(case.names, case.scenes.genomes[case.row].tolist(), strict=True))
     base = formula.subtract(formula.number(tie.at_start - back), tie.wanted)
@@ -199,7 +206,10 @@ def _falls(lane: Lane, region: int) -> float | None:
 
 
 def maneuver_plan(scenario: Scenario, scenes: Scenes, row: int = 0, run: Recording | None = None) -> ManeuverPlan:
-    """What the actors of one scene intend, and in `remarks` what cannot be said, as that one runs wide in the `run`."""
+    """Return the intended maneuvers of the actors of one scene; `remarks` lists inexpressible ones.
+
+    With `run`, an actor that leaves its lanes in a bend is inexpressible.
+    """
     case = Case(scenario, scenes, row)
     names = unique_names(actor.name for actor in case.actors)
     readers = [Reader(case, names, index) for index in range(len(names))]
@@ -335,7 +345,7 @@ def _unused(case: Case, used: frozenset[str]) -> Iterator[str]:
 
 
 def _left_out(case: Case) -> Iterator[str]:
-    """What belongs to no single actor."""
+    """Yield remarks on omitted parts that belong to no single actor."""
     place = case.scenario.program.place
     for requirement in case.variant.rules:
         if requirement.kind is RuleKind.ABORT and requirement.condition is not None:

@@ -65,14 +65,14 @@ def _trigger(case: Case, names: tuple[str, ...], condition: ir.Expr) -> Trigger:
 
 
 def _is_there(case: Case, condition: ir.Apply) -> bool:
-    """Whether it asks if an actor takes part that does so from the start."""
+    """Return whether the condition is the presence of an actor that is present from the start."""
     if condition.op != Op.STATE or condition.immediates[1] != State.PRESENT:
         return False
     return case.actors[condition.immediates[0]].present
 
 
 def _comparison(case: Case, names: tuple[str, ...], less: ir.Expr, more: ir.Expr) -> Trigger:
-    """`less < more`; for what is measured there is no difference to `<=`."""
+    """Return the trigger of `less < more`; for measured values it also stands for `<=`."""
     if (measured := _measured(case, names, less)) is not None:
         return measured.makes(formula_of(case, more), True)
     if (measured := _measured(case, names, more)) is not None:
@@ -103,7 +103,7 @@ def _single(measure: Measure, actor: str = "", other: str = "", point: tuple[flo
 
 
 def _several(measure: Measure, names: tuple[str, ...], actor: int, other: int | None) -> Unlimited:
-    """With one other, or the least over all."""
+    """Return the trigger on one other actor, or on the least value over all."""
     others = [name for index, name in enumerate(names) if index != actor and other in (None, index)]
 
     def makes(limit: formula.Formula, below: bool) -> Trigger:
@@ -142,7 +142,7 @@ def _is_difference(expression: ir.Expr) -> bool:
 
 
 def _actor_at(x: ir.Expr, y: ir.Expr) -> int | None:
-    """Whose centre (x, y) is while the simulation runs."""
+    """Return the actor with its centre at (x, y) during the run; None without one."""
     states = [each.immediates if isinstance(each, ir.Apply) and each.op == Op.STATE else (-1, -1) for each in (x, y)]
     same = states[0][0] == states[1][0] and (states[0][1], states[1][1]) == (State.X, State.Y)
     return states[0][0] if same else None

@@ -1,8 +1,7 @@
-"""Scenic source: the scenario with every value fixed, in the words that Scenic 3 shares with this language.
+"""Scenic source: the scenario with every value fixed, in the constructs that Scenic 3 shares with this language.
 
-`write.py` puts a file together and looks at it again, `write_statements.py` and `write_expressions.py` say how each
-construct is written there, `scenic_names.py` what is called otherwise or is not there, and how Scenic finds a lane of
-ours in the exported road.
+`write.py` assembles a file and checks it, `write_statements.py` and `write_expressions.py` translate each construct,
+`scenic_names.py` contains different or missing names, and how Scenic finds a lane of ours in the exported road.
 
 Source: Scenic 3.1, language reference and driving library (https://docs.scenic-lang.org).
 """

@@ -1,5 +1,6 @@
-"""What a Scenic file may say: the names that its driving library shares with this language and what stands in for the
-rest; what is gathered for its head, and what cannot be said in it; and the names by which it finds a part of our road.
+"""Vocabulary of a Scenic file: names that its driving library shares with this language, and replacements for the rest.
+
+The module also collects the head of a file and its inexpressible parts, and names the parts of our road.
 """
 
 import re
@@ -40,7 +41,7 @@ BEHAVIOURS: Mapping[str, tuple[str, ...]] = {
     "DriveAvoidingCollisions": ("target_speed", "avoidance_threshold"),
     "ConstantThrottleBehavior": ("x",),
 }
-"""Behaviours of both libraries: their shared parameters in the order of ours; "" is one that Scenic's has not."""
+"""Behaviours of both libraries: their shared parameters in the order of ours; "" for one that Scenic's lacks."""
 
 ALIASES = {"speed": "target_speed", "threshold_distance": "thresholdDistance"}
 
@@ -50,10 +51,10 @@ class ScenicReplacement:
     """A behaviour of our library, written for Scenic."""
 
     parameters: tuple[str, ...]
-    """In the order of ours, with their defaults; "" is one that is left out."""
+    """Parameters in the order of ours, with their defaults; "" for an omitted parameter."""
     body: tuple[str, ...]
     lacks: str = ""
-    """What it does not do; "" where it does the same."""
+    """Missing part of the behaviour; "" if it is equivalent."""
 
 
 STAND_INS: Mapping[str, ScenicReplacement] = {
@@ -143,7 +144,7 @@ NO_LONGER = frozenset({"regionContainedIn", "requireVisible", "physics", "rolena
 LEFT_OUT_PARAMS = frozenset({"map", "carla_map", "map_options", "use2DMap", "timestep", "time_step"})
 """Params that the head of the file sets."""
 
-# -- what is gathered while a file is written: lines for its head, and what cannot be said in it -----------------------
+# -- collected while a file is written: lines for its head, and inexpressible parts ------------------------------------
 
 
 class Unsaid(Signal):
@@ -176,7 +177,7 @@ class OutputBuffer:
         self.remarks[f"{place}{text}"] = None
 
     def free_name(self, wanted: str) -> str:
-        """A name like the wanted one that the author's file does not use."""
+        """Return a name like the wanted one that the author's file does not use."""
         name = re.sub(r"\W+", "_", wanted)
         while re.search(rf"\b{name}\b", self.source.whole):
             name += "_"
@@ -184,7 +185,7 @@ class OutputBuffer:
 
 
 def verbatim(text: str) -> nodes.Name:
-    """Text as it is to stand in the file: the printer of trees writes names as they are."""
+    """Return a text that is written to the file unchanged: the printer of trees writes names as they are."""
     return nodes.Name(text, span=NOWHERE)
 
 
@@ -200,7 +201,7 @@ def is_comment(node: nodes.Statement) -> bool:
 
 NOWHERE = Span(0, 0)
 
-# -- what is given to a call, as Scenic takes it: names of parameters are ours, their order is shared ------------------
+# -- arguments of a call in Scenic's form: names of parameters are ours, their order is shared -------------------------
 
 
 def by_position(node: nodes.Call, name: str) -> tuple[nodes.Argument, ...]:
@@ -215,7 +216,7 @@ def by_position(node: nodes.Call, name: str) -> tuple[nodes.Argument, ...]:
 
 
 def the_one(node: nodes.Call) -> nodes.Argument:
-    """The argument of an action that has one."""
+    """Return the single argument of an action."""
     (argument,) = node.arguments
     if isinstance(argument.value, nodes.Starred):
         raise Unsaid("arguments of an action in a list", node.span)
@@ -286,9 +287,9 @@ def _intersection(sheet: OutputBuffer, intersection: Intersection) -> str:
 
 
 def area_of(sheet: OutputBuffer, intersection: Intersection) -> str:
-    """The outline of an intersection, to a millionth of a metre.
+    """Return the outline of an intersection, to a millionth of a metre.
 
-    Scenic's own lies up to 0.08 m beside it: it makes one from twenty points of each lane of the map.
+    Scenic's own outline is up to 0.08 m off: it uses twenty points of each lane of the map.
     """
     edges = intersection.network.regions.shape(intersection.region).edges[:, :2]
     corners = ", ".join(f"({round(x, 6)}, {round(y, 6)})" for x, y in edges.tolist())

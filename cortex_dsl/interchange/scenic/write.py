@@ -1,6 +1,4 @@
-"""The Scenic file as a whole: its head, which finds the road, then the author's text; and the check of what was
-written.
-"""
+"""The Scenic file as a whole: its head, which finds the road, then the author's text; and the check of the file."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,7 +35,7 @@ class _Texts:
     texts: Mapping[str, str]
 
     maps: Mapping[str, str]
-    """Where the files of maps are."""
+    """Paths of the map files, by name."""
 
     def find(self, importer: str, paths: Sequence[str]) -> str | None:  # noqa: ARG002 - all lie side by side
         return next((self.maps.get(path, path) for path in paths if path in {*self.texts, *self.maps}), None)
@@ -48,7 +46,7 @@ class _Texts:
     def identity(self, name: str) -> str:
         return name
 
-    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which are right
+    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - for cures of spelling, which is right
         return []
 
 
@@ -61,10 +59,10 @@ def refuse_left_hand(case: ExportCase) -> None:
 
 
 def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
-    """The file called `name`, and what it does not say.
+    """Return the file called `name`, and remarks on its omissions.
 
     Raises:
-        InterchangeError: what the scenario imports cannot be put into one file.
+        InterchangeError: the imports of the scenario cannot be put into one file.
     """
     witness = ValueRecorder()
     compiled = _concrete(case, witness)
@@ -88,12 +86,12 @@ def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
 
 
 def _written(module: nodes.Module) -> Iterator[nodes.Statement]:
-    """What a copy has instead of a `mutate` says nothing."""
+    """Yield the statements except `pass`, which stands for `mutate` in a concrete copy."""
     return (each for each in module.statements if not isinstance(each, nodes.Pass))
 
 
 def _concrete(case: ExportCase, witness: ValueRecorder) -> Compiled:
-    """The case as a scenario of its own, compiled; the witness sees what each expression is worth."""
+    """Compile the case as a scenario of its own; the witness records the values of its expressions."""
     texts = case.scenario.concrete_files(case.scenes, laid_out=False)
     main, spec = next(iter(texts)), case.scenario.program.road_spec
     maps = {map_name(spec): spec.path} if isinstance(spec, MapFile) else {}
@@ -129,7 +127,10 @@ def _model(case: ExportCase, road_file: str) -> list[str]:
 
 
 def _brought(sheet: OutputBuffer) -> list[str]:
-    """What the file needs beside Scenic's library: functions, parts of the road, classes, behaviours."""
+    """Return the definitions that the file needs and Scenic's library lacks.
+
+    These are functions, road parts, classes and behaviours.
+    """
     mathematics = [f"from math import {', '.join(sorted(sheet.mathematics))}"] if sheet.mathematics else []
     lookups = [f"{name} = {value}" for name, value in sheet.lookups.items()]
     classes = [line for name, base in sheet.classes.items() for line in (f"class {name}({base}):", "    pass")]
@@ -150,7 +151,7 @@ def _stand_ins(sheet: OutputBuffer) -> Iterator[str]:
 
 
 def check_scenic(case: ExportCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
-    """Check that the road file exists, and that every actor stands where the run began."""
+    """Check that the road file exists, and that every actor is at its start of the run."""
     for name in (each for each in names if each.endswith(".scenic")):
         text = (folder / name).read_text(encoding="utf-8")
         road = next((each for each in names if each.endswith(".xodr")), "")

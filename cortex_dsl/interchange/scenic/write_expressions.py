@@ -50,7 +50,7 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
 
-# -- calls: functions, the library of behaviors, and what is called otherwise there ------------------------------------
+# -- calls: functions, the library of behaviors, and renamed ones ------------------------------------------------------
 def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
     name = _builtin(to, node.function)
     if name is None:
@@ -85,7 +85,7 @@ def _builtin(to: "Expressions", function: nodes.Expression) -> str | None:
 
 
 def _fixed(to: "Expressions", node: nodes.Call) -> nodes.Expression:
-    """One value after the other, as often as the place is evaluated."""
+    """Return the sampled values one after the other, one for each evaluation of the place."""
     values = ", ".join(to.text(argument.value) for argument in node.arguments)
     name = to.sheet.free_name(f"successive_{len(to.sheet.lookups) + 1}")
     to.sheet.lookups[name] = f"iter([{values}])"
@@ -125,7 +125,7 @@ N = TypeVar("N", bound=nodes.Node)
 Worth = Callable[[Span], list[Value]]
 """The values that an expression had while the file was compiled."""
 NORTH = verbatim("90 deg")
-"""What lies between a heading from the east and the same one from the north."""
+"""Angle between a heading from the east and the same heading from the north."""
 PLAIN = (nodes.Name, nodes.Attribute, nodes.ListDisplay, nodes.TupleDisplay)
 """Expressions that may stay as they are, if they lead to a part of the road."""
 
@@ -140,7 +140,7 @@ class Expressions:
     from_north: bool
     """Whether headings in the author's file are measured as Scenic measures them, because it has a `model` line."""
     recording: Recording
-    """Of the run: where every actor stood."""
+    """Recording of the run, with the positions of all actors."""
     make: "Callable[[Expressions, nodes.New], nodes.Expression]"
     """How a `new` is written; `objects.py`."""
 
@@ -177,26 +177,26 @@ class Expressions:
         return tuple(map(self._part, value)) if isinstance(value, tuple) else value
 
     def value(self, node: nodes.Expression) -> Value:
-        """What an expression is worth wherever it was worked out; None where that differs, or it never was."""
+        """Return the value of an expression; None if its values differ or it was never evaluated."""
         values = self.worth(node.span)
         if not values or any(value is not values[0] and value != values[0] for value in values):
             return None
         return values[0]
 
     def _place(self, node: nodes.Expression) -> nodes.Expression | None:
-        """A part of the road, by its name in Scenic; None for everything else, and for what can stay as it is."""
+        """Return a part of the road by its name in Scenic; None for any other or unchanged expression."""
         if isinstance(node, PLAIN) and not self._is_builtin(node) and _leads_along(node):
             return None
         text = place_text(self.sheet, self.network, self.value(node))
         return None if text is None else verbatim(text)
 
     def _is_builtin(self, node: nodes.Expression) -> bool:
-        """Whether a name is `network`, `intersection` or `road` itself."""
+        """Return whether a name is `network`, `intersection` or `road` itself."""
         return isinstance(node, nodes.Name) and node.id in BUILTINS and BUILTINS[node.id].kind is Kind.CONSTANT
 
 
 def _leads_along(node: nodes.Expression) -> bool:
-    """Whether an expression is made of the author's names, and of attributes that Scenic has too."""
+    """Return whether an expression consists of the author's names, and of attributes that Scenic has too."""
     match node:
         case nodes.Name():
             return True
@@ -224,7 +224,7 @@ def _with_unit(to: Expressions, node: nodes.WithUnit) -> nodes.Expression:
 
 
 def heading_from_north(to: Expressions, node: nodes.Expression) -> nodes.Expression:
-    """A heading of the author's as one of Scenic's."""
+    """Return a heading of the author as one of Scenic's."""
     if to.from_north or isinstance(to.value(node), DirectionField):
         return to(node)
     match node:
@@ -294,7 +294,7 @@ def _distance(to: Expressions, node: nodes.Distance) -> nodes.Expression:
 
 
 def _measured(to: Expressions, node: nodes.Expression) -> nodes.Expression:
-    """What a distance is measured to: an intersection by its very outline, which Scenic's own differs from."""
+    """Return the target of a distance; for an intersection its exact outline, since Scenic's outline differs."""
     value = to.value(node)
     return verbatim(area_of(to.sheet, value)) if isinstance(value, Intersection) else to(node)
 
@@ -312,7 +312,7 @@ def _temporal(to: Expressions, node: nodes.Temporal) -> nodes.Expression:
 
 
 def _formula(to: Expressions, node: nodes.Expression, *, bare: bool) -> str:
-    """An operand of a temporal operator; `bare`: one that is temporal itself needs no brackets."""
+    """Return an operand of a temporal operator; `bare`: a temporal one needs no brackets."""
     if isinstance(node, nodes.Temporal):
         text = to.text(node)
         return text if bare else f"({text})"

@@ -1,5 +1,6 @@
-"""Statements and `new` in Scenic. What it has no words for stays in the file as a comment, and is remarked upon; every
-object that stood somewhere is put there by numbers, whatever placed it.
+"""Statements and `new` in Scenic. An inexpressible statement stays in the file as a comment, with a remark.
+
+Every object with a position is placed there by numbers, whatever its specifiers were.
 """
 
 import math
@@ -56,7 +57,7 @@ class Statements:
         return comments(f"left out, {why}:\n{self.to.sheet.source.slice(statement.span)}")
 
     def block(self, statements: Iterable[nodes.Statement], idle: nodes.Statement) -> Block:
-        """An indented block, which is never empty: `idle` is what is done where nothing is left."""
+        """Return an indented block, which is never empty: `idle` is its only statement if nothing is left."""
         written = self.all(statements)
         return written if any(not is_comment(each) for each in written) else (*written, idle)
 
@@ -104,7 +105,7 @@ def _import(file: Statements, node: nodes.Import) -> Block:
 
 
 def _import_from(file: Statements, node: nodes.ImportFrom) -> Block:
-    """What the file defines, in the place of the import."""
+    """Return the definitions of the imported file in place of the import."""
     if any(each.alias is not None for each in node.names):
         raise InterchangeError(
             "an import under another name cannot be put into one Scenic file",
@@ -184,7 +185,7 @@ def _lasting(file: Statements, node: nodes.Do | nodes.Wait) -> Block:
 
 
 def _try(file: Statements, node: nodes.Try) -> Block:
-    """An interrupt whose condition cannot be said is left out alone."""
+    """Return a `try`; an interrupt with an inexpressible condition is left out alone."""
     handlers, comments = [], ()
     for handler in node.handlers:
         try:
@@ -264,8 +265,9 @@ def made(to: Expressions, node: nodes.New) -> nodes.New:
 
 
 def _free(to: Expressions, node: nodes.New) -> Iterator[nodes.Specifier]:
-    """Nobody has to be on a road at the start, nor where the ego sees it, which Scenic asks of every `Object` but those
-    of its driving library.
+    """Yield specifiers that free an object from the road and from the ego's view at the start.
+
+    Scenic requires both of every `Object` except those of its driving library.
     """
     if node.class_name in ("Point", "OrientedPoint"):
         return
@@ -276,7 +278,7 @@ def _free(to: Expressions, node: nodes.New) -> Iterator[nodes.Specifier]:
 
 
 def _stand(value: Value, recording: Recording) -> Stand | None:
-    """Where an object was when it came in, or where a place is; None where that is not one place."""
+    """Return the first pose of an object, or the pose of a place; None if it is not unique."""
     if isinstance(value, Actor):
         return _first_seen(value.index, recording)
     if isinstance(value, Pose):
@@ -298,7 +300,7 @@ def _placings(node: nodes.New) -> Iterator[nodes.Specifier]:
 
 
 def _placing(to: Expressions, specifier: nodes.Specifier) -> nodes.Specifier:
-    """Where an object goes that has no one place."""
+    """Return the specifier of an object that has no unique place."""
     if isinstance(specifier, nodes.Before):
         raise Unsaid(f"`{'after' if isinstance(specifier, nodes.After) else 'before'} … by`", specifier.span)
     if isinstance(specifier, nodes.Facing) and not specifier.mode:

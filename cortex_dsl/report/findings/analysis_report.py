@@ -1,4 +1,4 @@
-"""What an analysis of a search found, in words: kinds of failures, heat maps, and whose fault."""
+"""Results of the analysis of a search, in words: kinds of failures, heat maps, and responsible actors."""
 
 import math
 from collections.abc import Sequence
@@ -80,12 +80,12 @@ def _outward(space: ParamSpace, gene: int, value: float, sign: float) -> float:
 
 
 def grid_text(grid: Grid) -> str:
-    """Of the cells that were reached: many of the others cannot be."""
+    """Return the number of failing cells among the reached cells; many of the rest are unreachable."""
     return f"collisions in {grid.failing} of the {counted(grid.covered, 'cell')} reached"
 
 
 def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
-    """What the params may matter for, with its title; what never varies is left out."""
+    """Return title and indices of each output that varies."""
     outputs = (("a valid run", found.validity), ("risk", found.risk), ("collision", found.collision))
     return [(title, indices) for title, indices in outputs if math.isfinite(indices.chance.value)]
 
@@ -145,7 +145,7 @@ def closing_text(speed: float) -> str:
 
 
 def fastest_text(analysis: Analysis) -> str:
-    """What an order by risk may hide; empty without a contact."""
+    """Return the fastest contact, which an order by risk may hide; empty without a contact."""
     if not math.isfinite(analysis.fastest):
         return ""
     fastest = closing_text(analysis.fastest)
@@ -180,7 +180,7 @@ class Sides:
     edges: Floats
     """(cells + 1,) file units."""
     labels: tuple[str, ...]
-    """Of an index gene's cells; () otherwise."""
+    """Labels of an index gene's cells; () for other genes."""
 
     @property
     def cells(self) -> int:
@@ -205,7 +205,7 @@ class HeatMap:
 
 
 def sides(parameter: Parameter) -> Sides:
-    """Even cells over the range; one for each value where there are few."""
+    """Return equal cells over the range; one cell per value if there are few values."""
     low, high = parameter.low, parameter.high
     if parameter.kind == GeneKind.CONTINUOUS or high - low + 1 > CELLS:
         edges = np.linspace(low, high if high > low else low + 1.0, CELLS + 1)
@@ -236,7 +236,7 @@ def _heat_map(across: Sides, up: Sides, x: Ints, y: Ints, failed: Bools) -> Heat
 
 
 def information(tried: Ints, failed: Ints) -> float:
-    """Mutual information of cell and failure [bits], less what chance alone would show; never below 0.
+    """Return the mutual information of cell and failure [bits], less its value by chance alone; never below 0.
 
     Shannon (1948), "A mathematical theory of communication"; the correction for few samples in many cells is that of
     Miller (1955), "Note on the bias of information estimates".

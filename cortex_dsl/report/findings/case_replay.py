@@ -1,6 +1,6 @@
-"""One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it.
+"""One case of a search, run again from its genome and stream key: the data of a page, a film or a terminal view.
 
-Beside the run itself: how each actor is drawn, and how the deciding pair came near over time, by the kernels that
+In addition to the run: the drawing of each actor, and the approach of the deciding pair over time, by the kernels that
 measure it.
 """
 
@@ -103,7 +103,7 @@ class Approach:
 
 
 def approach(trajectory: Trajectory, other: int, outlines: Floats) -> Approach:
-    """Of the ego and one other, by the kernels that measure them; `outlines` as these read them."""
+    """Measure the approach of the ego and another actor with the engine's kernels; `outlines` in their format."""
     samples = len(trajectory.time)
     distance, closing = np.full(samples, np.nan), np.full(samples, np.nan)
     if 0 < other < trajectory.states.shape[1]:
@@ -158,7 +158,7 @@ class CaseReplay:
 
     @cached_property
     def unit(self) -> SpeedUnit:
-        """Of speeds, as people read them."""
+        """Return the unit in which speeds are shown."""
         return speed_unit(self.program)
 
     @cached_property
@@ -168,7 +168,7 @@ class CaseReplay:
 
     @cached_property
     def metrics(self) -> tuple[Metric, ...]:
-        """Of a valid run."""
+        """Return the metrics of a valid run; () for an invalid run."""
         if int(self.outcomes.verdict[0]) != Verdict.VALID:
             return ()
         driven = measure_trajectory(self.trajectory, self.outcomes, self._bodies)
@@ -184,25 +184,25 @@ class CaseReplay:
 
     @cached_property
     def columns(self) -> Floats:
-        """(actors, len(Column)) what each actor is, as the scene has it."""
+        """Return the properties of the actors in the scene (actors, len(Column))."""
         return actor_columns(self.program, self.scenes.values[0])
 
     @cached_property
     def ways(self) -> list[Floats]:
-        """Where each actor drove until the scored run was over."""
+        """Return the way of each actor until the end of the scored run."""
         scored = self.scored
         return [way_of(scored, actor) for actor in range(len(self.program.actors))]
 
     @cached_property
     def scored(self) -> Trajectory:
-        """The run without what follows contact."""
+        """Return the run up to contact."""
         end = scored_samples(self.trajectory)
         now = self.trajectory
         return Trajectory(now.time[:end], now.states[:end], now.outlines, now.contact_sample)
 
     @property
     def collided(self) -> bool:
-        """Whether any two touched."""
+        """Return whether any two actors touched."""
         return self.trajectory.contact_sample >= 0
 
     @property
@@ -220,7 +220,7 @@ class CaseReplay:
 
     @property
     def contact_point(self) -> tuple[float, float] | None:
-        """Where the ego and another first met [m]."""
+        """Return the first contact point of the ego [m]; None without contact."""
         return next((impact.point for impact in self.impacts if 0 in impact.actors), None)
 
     @cached_property
@@ -240,7 +240,7 @@ class CaseReplay:
 
 
 class IsCompiled(Protocol):
-    """A scenario's syntax tree, and what was made of it."""
+    """A scenario's syntax tree and its compilation."""
 
     @property
     def module(self) -> nodes.Module: ...
@@ -249,7 +249,7 @@ class IsCompiled(Protocol):
 
 
 class Runnable(Protocol):
-    """A compiled scenario that can be run and written down: what a replay asks of a `Scenario`."""
+    """A compiled scenario that can be run and written: the interface of a `Scenario` that a replay uses."""
 
     @property
     def program(self) -> Program: ...
@@ -270,7 +270,7 @@ class Runnable(Protocol):
 def replay_case(
     scenario: Runnable, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
 ) -> CaseReplay:
-    """Run row 0 of the scenes, which must be valid, and keep what was seen."""
+    """Run row 0 of the scenes, which must be valid, and return the recorded run."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)
     shown = light_colours(scenario.compiled.scenario, scenes, 0, scenario.config.simulation)
@@ -293,11 +293,11 @@ def replay_case(
 
 
 REACH = 100.0
-"""Of a town, so much is drawn beyond where the run takes place, and as much more as that place is long [m]."""
+"""Margin around the run in a drawing of a map [m]; the extent of the run is added."""
 
 
 def _part(road: Outline, program: Program, trajectory: Trajectory) -> Outline | None:
-    """Of the roads of a file, of which there may be a whole town, those around a run; None for all other roads."""
+    """Return the roads around a run if the roads come from a map file, which may hold a whole town; else None."""
     places = tracks(trajectory)
     if not isinstance(program.road_spec, MapFile) or not len(places):
         return None
@@ -305,7 +305,7 @@ def _part(road: Outline, program: Program, trajectory: Trajectory) -> Outline | 
 
 
 def case_content(replay: CaseReplay, case: Case) -> dict[str, Any]:
-    """A case of a search and what was seen when it ran again, for a document."""
+    """Return a case of a search and its repeated run as a document."""
     program = replay.program
     return {
         **asdict(case),

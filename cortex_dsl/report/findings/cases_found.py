@@ -1,4 +1,4 @@
-"""What the worst cases of a search are: with whom, of what kind, and whether a competent driver avoids them."""
+"""Properties of the worst cases of a search: the partner, the kind, and whether a competent driver avoids them."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,7 +14,7 @@ from engine.vocabulary import Side
 
 
 class Searched(Protocol):
-    """A compiled scenario with its settings: what this asks of a `Scenario`."""
+    """A compiled scenario with its settings: the interface of a `Scenario` that this module uses."""
 
     @property
     def program(self) -> Program: ...
@@ -28,15 +28,15 @@ class CaseFound:
 
     case: Case
     partner: str
-    """Whom the ego hit or came near to; "" where there is nobody else."""
+    """Actor that the ego hit or came near to; "" without another actor."""
     side: str
-    """Of the ego, on which the other was at contact or at the closest approach; "" where they never met."""
+    """Side of the ego on which the other actor was at contact or closest approach; "" without an approach."""
     heading: str
-    """How the other headed then, seen from the ego."""
+    """Heading of the other actor at that time, seen from the ego."""
     speeds: tuple[float, float]
-    """Of the ego and the other then [m/s]."""
+    """Speeds of the ego and the other actor at that time [m/s]."""
     answer: Avoidability | None
-    """Of a collision."""
+    """Avoidability of a collision; None for other cases."""
 
 
 def cases_found(scenario: Searched, campaign: Campaign) -> tuple[CaseFound, ...]:

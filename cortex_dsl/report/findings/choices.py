@@ -1,4 +1,4 @@
-"""What chance chose among finitely many, in scenes: e.g. lanes and maneuvers."""
+"""Random finite choices in scenes, e.g. lanes and maneuvers."""
 
 import math
 from collections.abc import Sequence
@@ -48,7 +48,7 @@ def _lane_names(program: Program) -> Sequence[str]:
 
 
 def _option(label: VariantLabel, lanes: Sequence[str], values: Floats, name: str) -> str | None:
-    """Of the choice of this name in a scene of these values; None where it was not made."""
+    """Return the option that a scene with these values has for a choice; None if the choice was not made."""
     names = names_of(label)
     if name not in names:
         return None

@@ -1,4 +1,4 @@
-"""What became of drawn scenes that somebody drove: counts of how their runs ended, and the rate of collisions."""
+"""Results of sampled scenes with an external driver: counts of endings, and the rate of collisions."""
 
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -35,9 +35,9 @@ ENDINGS = {
     Ending.ABORTED: ("aborted", "warn", "broke a requirement on the run, and does not count"),
     Ending.CONTROLLER: ("failed", "bad", "the driver failed: what would have become of these is not known"),
 }
-"""Word, style and meaning."""
+"""Word, style and meaning of each ending."""
 DRIVEN = (Verdict.VALID, Verdict.ABORTED, Verdict.CONTROLLER)
-"""Of runs that began."""
+"""Verdicts of runs that began."""
 COLLISIONS = (Ending.AVOIDABLE, Ending.UNAVOIDABLE, Ending.STRUCK)
 OF_BLAME = {Blame.AVOIDABLE: Ending.AVOIDABLE, Blame.STRUCK: Ending.STRUCK}
 
@@ -65,7 +65,7 @@ class DrivenRuns:
 
     @property
     def driven(self) -> int:
-        """Scenes in which somebody drove."""
+        """Return the number of scenes with an external driver."""
         return int(self.counts.sum())
 
     @property
@@ -79,7 +79,10 @@ class DrivenRuns:
 
     @property
     def interval(self) -> Interval:
-        """Of the rate of collisions, 95 %; its ends take scenes in which the driver failed for safe, and for hits."""
+        """Return the 95 % interval of the collision rate.
+
+        Its ends count scenes with a failed driver as safe, and as collisions.
+        """
         return clopper_pearson(self.collisions, self.valid, unknown=self[Ending.CONTROLLER])
 
 

@@ -1,4 +1,4 @@
-"""What a search found, in words that lead with what speaks against the ego: avoidable collisions, and kinds."""
+"""Results of a search in words; failures of the ego come first: avoidable collisions, and kinds."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -28,7 +28,7 @@ LOST = "the driver failed"
 
 
 def lead_text(came: Failures) -> str:
-    """`6 avoidable collisions of 5 kinds (9 in all)`, or what else there is to say first."""
+    """Return `6 avoidable collisions of 5 kinds (9 in all)`, or the most important statement instead."""
     if not came.collisions:
         return "no collision"
     if not came.judged:
@@ -64,7 +64,7 @@ def driver_failed_text(came: Failures) -> str:
 
 
 def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
-    """What the counts are of the work that found them, by valid simulation and by time."""
+    """Yield texts on the failures per valid simulation and per time."""
     if not came.collisions:
         return
     if came.judged:
@@ -86,12 +86,12 @@ def _pace(count: int, seconds: float) -> str:
 
 
 def pace_text(rate: float) -> str:
-    """Two digits of a small rate, a whole number of a large one."""
+    """Return a small rate with two digits, a large rate as a whole number."""
     return whole(rate) if rate >= 10.0 else significant(rate, 2)
 
 
 def others_text(came: Failures, ego: str) -> str:
-    """What others did without the ego's part; empty where there is nothing to tell."""
+    """Return the collisions without a part of the ego; empty without any."""
     parts: list[str] = []
     if came.struck:
         parts.append(f"{counted(came.struck, 'collision')}, struck from behind or while standing")
@@ -101,7 +101,7 @@ def others_text(came: Failures, ego: str) -> str:
 
 
 def kind_text(actors: Sequence[str], kind: Kind) -> str:
-    """`van on the left, 90 deg right; ego 30 .. 50 km/h, van stands`"""
+    """Return a kind as text: `van on the left, 90 deg right; ego 30 .. 50 km/h, van stands`."""
     ego, other = actors[0], actors[kind.pair + 1]
     where = f"{other} at the {kind.side.name.lower()}, {SECTORS[kind.sector]}"
     return f"{where}; {_pace_text(ego, kind.ego_speed)}, {_pace_text(other, kind.other_speed)}"
@@ -120,22 +120,22 @@ def rest_text(found: Sequence[FoundKind], shown: int) -> str:
 
 @dataclass(frozen=True)
 class Finds:
-    """What a search is for, in words for its charts."""
+    """Objective of a search, in words for its charts."""
 
     many: str
     verb: str
     goal: str
-    """What the search makes large."""
+    """Quantity that the search maximizes."""
     one: str
     """A find, in a few words."""
     among: str = "valid"
     """Scenes that are counted."""
     among_one: str = "valid"
-    """One of them."""
+    """Singular of that noun."""
 
 
 def finds_of(objective: Sequence[str]) -> Finds:
-    """Collisions, or finds of what else is sought."""
+    """Return the words for collisions, or for the results of another objective."""
     if tuple(objective) == DEFAULT_OBJECTIVES:
         return Finds("collisions", "collide", "risk", "collision")
     if _seeks_failures(objective):

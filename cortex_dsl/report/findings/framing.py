@@ -16,21 +16,21 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 MARGIN = 9.0
-"""World shown around what happens [m]."""
+"""Margin of the world around the events [m]."""
 LEAST_HEIGHT = 24.0
 """[m]"""
 CARD = 1.5
-"""Width of a picture over its height, where several stand side by side, or where it stands beside plots."""
+"""Width of a picture over its height if it is next to other pictures or plots."""
 BAND = 3.0
-"""The same of one that has the whole width of a page: a long road."""
+"""Width over height of a picture with the whole width of a page: a long road."""
 STAGES = {CARD: 725.0, BAND: 1138.0}
 """How wide a page shows each shape, where it has room [px]."""
 BARS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000)
-"""Lengths of the bar that tells the scale [m]."""
+"""Lengths of the scale bar [m]."""
 BAR = 140.0
 """The most that it takes of `STAGES` [px]."""
 REACH = 3.0
-"""Beside the lanes, one is still at a road [m]."""
+"""Distance from the lanes within which a place still counts as at the road [m]."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Frame:
 
     @property
     def is_band(self) -> bool:
-        """Whether it is of the wide shape."""
+        """Return whether it has the wide shape."""
         return self.shape > (CARD + BAND) / 2.0
 
     @property
@@ -80,12 +80,12 @@ class Frame:
 
     @property
     def pixel(self) -> float:
-        """What a pixel shows of the world, where a page has room for the whole picture [m]."""
+        """Return the width of a pixel in the world, if the page has room for the whole picture [m]."""
         return self.width / STAGES[BAND if self.is_band else CARD]
 
     @property
     def bar(self) -> int:
-        """The longest round length whose bar is not too long [m]."""
+        """Return the longest round length whose bar fits [m]."""
         return max((length for length in BARS if length <= BAR * self.pixel), default=BARS[0])
 
 
@@ -116,7 +116,7 @@ def _largest(width: float, height: float) -> float:
 
 
 def tracks(trajectory: Trajectory) -> Floats:
-    """(n, 2) corners of everybody's outline at every sample at which it took part and its pose was a number [m]."""
+    """Return the (n, 2) outline corners of each actor at every sample with a finite pose at which it is present [m]."""
     x, y, heading = np.moveaxis(trajectory.states[..., [State.X, State.Y, State.HEADING]], -1, 0)
     there = (trajectory.states[..., State.PRESENT] > 0.5) & np.isfinite(x + y + heading)
     half = 0.5 * np.broadcast_to(trajectory.outlines[:, :2], (*there.shape, 2))[there]
@@ -130,9 +130,9 @@ def tracks(trajectory: Trajectory) -> Floats:
 
 
 def heading_of_road(road: Outline, lanes_width: float, states: Floats) -> float:
-    """Direction of the road on which somebody starts, in the sense in which it faces [rad]; `states` (samples, State).
+    """Return the direction of the road on which the first actor starts, in its sense [rad]; `states` (samples, State).
 
-    Beside every road, or inside an intersection, that of the road that lies most in its direction; 0 for nobody.
+    Off every road, or inside an intersection, it is that of the road nearest to its direction; 0 without an actor.
     `lanes_width` [m]: of the lanes of one direction.
     """
     there = states[(states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING + 1]).all(axis=1)]

@@ -1,4 +1,4 @@
-"""What there is to say of a recording from elsewhere, of the lines of its road, and of what an export wrote."""
+"""Findings on an imported recording, on the lines of its road, and on the files of an export."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 APART = 2.0
 """Between two points of a line [m]."""
 MOST_POINTS = 5_000
-"""Of all roads together; larger maps are drawn coarser."""
+"""Maximum number of points of all roads together; larger maps are drawn coarser."""
 THROUGH = "-1"
 """The junction of a road that is none's."""
 
@@ -83,7 +83,7 @@ class MeasuredReport:
     remarks: Sequence[str]
     road: "OdrNetwork | None"
     lines: Outline
-    """Of that road."""
+    """Lines of that road."""
     again: str
     """The command that shows this again."""
     written: Sequence[str] = ()
@@ -125,7 +125,7 @@ def one_line(text: str, most: int = LONGEST_TITLE) -> str:
 
 
 def recorded_story(report: MeasuredReport) -> list[Moment]:
-    """What happened, up to contact or the recording's end."""
+    """Return the events up to contact or to the end of the recording."""
     moments = story_of(report.cast, report.measured.outcomes, report.measured.trajectory, pair=report.pair)
     return [replace(moment, text=recorded_end(report)) if moment.kind == "end" else moment for moment in moments]
 
@@ -182,7 +182,7 @@ class Exported(Protocol):
 
 
 class Gathered(Protocol):
-    """All files of an export, and what is to be said about them: see `cortex_dsl.interchange.writing`."""
+    """All files of an export with their remarks: see `cortex_dsl.interchange.writing`."""
 
     @property
     def files(self) -> Mapping[str, bytes]: ...
@@ -197,7 +197,7 @@ class Gathered(Protocol):
 
 
 class Finding(Protocol):
-    """One thing that is wrong with a written file: where, why, and what to do."""
+    """One error of a written file: place, reason, and cure."""
 
     @property
     def place(self) -> str: ...
@@ -208,7 +208,7 @@ class Finding(Protocol):
 
 
 class Certificate(Protocol):
-    """What a player made of a file: as JSON, and in one line."""
+    """Result of a player for a file: as JSON, and in one line."""
 
     @property
     def file(self) -> str: ...
@@ -230,13 +230,13 @@ class Written:
     same: frozenset[str]
     """Names of files that were there already with the same contents."""
     findings: Sequence[Finding] | None
-    """None: not asked for."""
+    """Findings of the check; None: not requested."""
     checked: Mapping[str, str] = field(default_factory=dict)
-    """By format, what a check has looked at."""
+    """Scope of the check, by format."""
     opened: Mapping[str, str] = field(default_factory=dict)
-    """By format, the command that opens a file of it, with `{file}` for its path."""
+    """Command that opens a file, by format; `{file}` stands for its path."""
     certificates: Sequence[Certificate] = ()
-    """What another player made of a case's file."""
+    """Results of another player for a case's file."""
 
 
 def size_text(size: int) -> str:

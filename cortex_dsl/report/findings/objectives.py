@@ -1,4 +1,4 @@
-"""What the objectives of a file came to in one run: which expectations are broken, and the numbers that are sought."""
+"""Results of the objectives of the file in one run: broken expectations, and values of the objectives."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ class ObjectiveResult:
     line: int
     sense: Sense
     value: float
-    """Of an `expect` its robustness: above 0 kept, below 0 broken."""
+    """Value of the objective; for an `expect` its robustness: above 0 if it holds, below 0 if it is broken."""
     unit: str
     broken: bool | None
-    """Of an `expect`; None of a number."""
+    """Whether an `expect` is broken; None for a number."""
 
 
 def objective_results(program: Program, outcomes: Outcomes, row: int = 0) -> tuple[ObjectiveResult, ...]:
@@ -62,7 +62,7 @@ def broken_words(found: Sequence[ObjectiveResult]) -> str:
     return "breaks " + (names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}")
 
 
-# -- what each comes to in many runs -----------------------------------------------------------------------------------
+# -- results of each in many runs --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Weighed:
     name: str
     line: int
     sense: Sense | None
-    """None: a requirement, whose runs are those that were not thrown away for another reason."""
+    """Sense; None: a requirement, whose runs exclude those rejected for another reason."""
     unit: str
     values: Floats
     """(runs,) robustness, or the number; of a requirement 1 where it was met, else -1."""

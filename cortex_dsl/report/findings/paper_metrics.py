@@ -1,4 +1,4 @@
-"""The five metrics of the paper by name, and what they are where a search looks for something else than its risk."""
+"""The five metrics of the paper by name, and their meaning for a search with an objective other than the risk."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ class PaperMetric:
     brief: str
     """The same in a few words, for a terminal."""
     field: str
-    """Of `engine.search.evaluations.Figures`."""
+    """Field of `engine.search.evaluations.Figures`."""
     decimals: int
     unit: str = ""
 
@@ -36,7 +36,7 @@ METRICS = (
 
 
 def meaning_of(metric: PaperMetric, objective: Sequence[str]) -> str:
-    """What a metric is, of a search that looks for the risk or for something else."""
+    """Return the meaning of a metric for a search with this objective."""
     if not _is_aimed(metric, objective):
         return metric.meaning
     return f"mean of {objective[0]} of {finds_of(objective).among} scenes"

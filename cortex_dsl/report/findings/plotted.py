@@ -15,7 +15,7 @@ class Plotted:
     values: Floats
     """(n,)"""
     options: Sequence[str] = ()
-    """Of a truth or a finite choice: what the values 0, 1, … mean."""
+    """Meanings of the values 0, 1, … of a truth or a finite choice; () for a number."""
     kept: Bools | None = None
     """(n,) of a formula over the run: its verdict, the values being its robustness."""
 
@@ -39,6 +39,6 @@ class Shown:
 
     @property
     def note(self) -> str:
-        """Of how many it is."""
+        """Return the number of runs or scenes."""
         what = "instant runs" if self.over_run else "accepted scenes"
         return f"{len(self.collided):,} {what} of seed {self.seed}"

@@ -15,7 +15,7 @@ HOW = {
         "interval of a mean of independent weights"
     ),
 }
-"""By what method, and whose interval."""
+"""Estimator and interval of each method."""
 PLAIN = "`--method mc` needs no distance to failure, and gives an upper bound"
 BOUNDS = "`--method mc` gives bounds"
 MORE = "take more samples, or `--method mc`"
@@ -30,11 +30,14 @@ WITHHELD = {
     Withheld.LOST: ("the driver failed in some runs, and what would have become of them is not known", BOUNDS),
     Withheld.APART: ("the chains and the weighted runs are more than a factor of five apart", OTHER),
 }
-"""Why no interval is given, and what to do."""
+"""Reason of a missing interval, and its cure."""
 
 
 def withheld_text(found: Probability) -> str:
-    """`no chain reached a failure; …`: the reason and the cure. An estimate of an earlier version has the first one."""
+    """Return reason and cure, as in `no chain reached a failure; …`.
+
+    An estimate of an earlier version has the first reason.
+    """
     reason, cure = WITHHELD[found.withheld or Withheld.UNREACHED]
     effective = whole(round(found.effective)) if math.isfinite(found.effective) else ABSENT
     return f"{reason.format(tied=percent(found.tied, 0), reached=found.reached, effective=effective)}; {cure}"
@@ -50,7 +53,7 @@ SAMPLE_TIME = (
 
 
 def how_drawn(found: Probability) -> str:
-    """Which probability it is: the two differ where some params allow a scene more often than others."""
+    """Return the kind of probability: both differ if some params allow a scene more often than other params."""
     if found.condition == JOINT:
         return "params and scene are drawn again together in every attempt, until the requirements hold"
     often = f" in up to {counted(found.max_attempts, 'attempt')}" if found.max_attempts else ""
@@ -90,13 +93,13 @@ def _text(value: float) -> str:
 
 
 def _range(interval: Interval) -> str:
-    """Both ends in the same form: in percent where the higher one is readable in percent."""
+    """Return both ends in the same form: in percent if the higher one is readable in percent."""
     low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
     return f"{low} .. {high}"
 
 
 def unknown_text(found: Probability) -> str:
-    """How often the driver failed, and what that means; empty where it never did."""
+    """Return how often the driver failed, and its meaning; empty without failures."""
     if not found.lost:
         return ""
     driven = found.valid + found.lost
@@ -121,14 +124,14 @@ def levels_text(found: Probability) -> str:
 
 
 def effective_text(found: Probability) -> str:
-    """What weighted runs count as; empty where none are weighted."""
+    """Return the effective sample size of weighted failures; empty if no failures are weighted."""
     if not found.effective > 0.0:
         return ""
     return f"effective sample size of the failures: {whole(round(found.effective))}"
 
 
 def counts_text(found: Probability) -> str:
-    """What the estimate was made from: numbers whose quotient it is, or a remark that the quotient is not it."""
+    """Return the counts behind the estimate, with a remark if their quotient is not the estimate."""
     tried = "draw" if found.condition == JOINT else "simulation"
     runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
     if found.method in NO_SHARE:

@@ -1,4 +1,4 @@
-"""What there is to say of a recording in which every pair is judged: the worst windows, and all of them as a table."""
+"""Findings on a recording with every pair assessed: the worst windows, and a table of all windows."""
 
 import csv
 from collections.abc import Iterator, Sequence
@@ -43,7 +43,7 @@ class Window:
     contact: bool
     risk: int
     metrics: dict[str, float]
-    """By name, MD, D_MS and TTC_MS among them, and when MD was."""
+    """Metrics by name, including MD, D_MS, TTC_MS and the time of MD."""
     ttc: float
     ttc_time: float
     after_contact: bool

@@ -1,7 +1,7 @@
-"""Numbers, values of params, speeds and titles as people read them.
+"""Numbers, values of params, speeds and titles for readers.
 
-Few digits, the same number of them in a column, a dash for what does not exist. Speeds are in the unit of the file:
-km/h where it says km/h; what programs read stays in m/s.
+Few digits, equal in a column, a dash for a missing value. Speeds are in the unit of the file: km/h if the file uses
+km/h; machine-readable output is in m/s.
 """
 
 import math
@@ -136,7 +136,7 @@ UNITS = {unit.name: unit for unit in (KM_H, M_S, SpeedUnit("mph", 1.0 / 0.44704)
 
 
 def speed_unit(program: "Program") -> SpeedUnit:
-    """That of most of the file's params, else the one that its text names most; m/s, as bare numbers are, if none."""
+    """Return the unit of most of the file's params, else the most frequent one of its text, else m/s."""
     named = Counter(unit for unit in program.space.units if unit in UNITS) or Counter(_written(program))
     return UNITS[max(named, key=lambda unit: (named[unit], unit == KM_H.name))] if named else M_S
 
@@ -146,7 +146,7 @@ def _written(program: "Program") -> Iterator[str]:
         yield from WORD.findall(COMMENT.sub("", text))
 
 
-# -- what a scenario is called at the top of its report ----------------------------------------------------------------
+# -- title of a scenario's report --------------------------------------------------------------------------------------
 
 CASE_REMARK = re.compile(r"# case (\d+) of a search in (.+): risk ")
 """The first line of a case that a search has written; its file is called by its number alone."""

@@ -1,4 +1,4 @@
-"""A single run: what there is to say of it, what its scenario is called, and all of it as the content of a document."""
+"""A single run: its findings, the title of its scenario, and all of it as a document."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -41,9 +41,9 @@ class RunReport:
     outcomes: Outcomes
     trajectory: Trajectory
     aftermath: Sequence[Moment]
-    """What the world shows after contact."""
+    """Events in the world after contact."""
     metrics: "Sequence[Metric]"
-    """Of a valid run."""
+    """Metrics of a valid run; empty otherwise."""
     records: "Sequence[Recorded]"
     score: int
     parts: Sequence[float]
@@ -58,23 +58,23 @@ class RunReport:
 
     @property
     def unit(self) -> SpeedUnit:
-        """Of speeds, as people read them."""
+        """Return the unit in which speeds are shown."""
         return speed_unit(self.program)
 
     @property
     def story(self) -> list[Moment]:
-        """What happened, in the order of time."""
+        """Return the events of the run in order of time."""
         driven = story_of(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
         return in_order([*driven, *self.aftermath])
 
     @property
     def objective_results(self) -> tuple[ObjectiveResult, ...]:
-        """What the objectives of the file came to."""
+        """Return the results of the objectives of the file."""
         return objective_results(self.program, self.outcomes)
 
     @property
     def valid(self) -> bool:
-        """Whether the run counts; one that a requirement on it broke has no metrics and no risk."""
+        """Return whether the run counts; a run that broke a requirement has no metrics and no risk."""
         return int(self.outcomes.verdict[0]) == Verdict.VALID
 
 
@@ -136,7 +136,7 @@ def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str
 
 
 def events_content(actors: Sequence[str], moments: Iterable[Moment]) -> list[dict[str, Any]]:
-    """What happened, moment by moment."""
+    """Return the events as entries of a document."""
     return [
         {
             "time": moment.time,
@@ -171,13 +171,13 @@ def requirements_content(program: Program, tally: Tally) -> list[dict[str, Any]]
 
 
 def _place(program: Program, line: int) -> dict[str, Any]:
-    """The line, and its file if that is not the main one."""
+    """Return the line, and its file unless it is the main one."""
     file, _, number = program.place(line).rpartition(":")
     return {"line": int(number) or None, **({"file": file} if file else {})}
 
 
 def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, Any]]:
-    """The metrics of each pair (ego, other) that decide the risk."""
+    """Return the metrics of each pair (ego, other actor) that decide the risk."""
     return [
         {
             "actors": [actors[0], other],

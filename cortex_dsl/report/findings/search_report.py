@@ -1,5 +1,6 @@
-"""What there is to say of a search: the campaign and where its results lie, its metrics and methods by name, how its
-runs ended, with whom the ego collided, and all of it in plain words and as the content of a document.
+"""A search: its campaign, the places of its results, its metrics and methods by name, and the endings of its runs.
+
+Partners of collisions, a summary in plain words, and the whole as a document complete it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -52,11 +53,11 @@ class SearchReport:
     """Concrete scenarios of the worst cases, in their order; fewer where some could not be written."""
 
     name: str = ""
-    """Of the method, where it is not one of ours."""
+    """Name of a method that is not built in; "" otherwise."""
     driver: str = ""
-    """The options that name who drives what the file leaves to a controller; "" where nobody does."""
+    """Options that name the driver for the controllers of the file; "" without a driver."""
     blame: "Account | None" = None
-    """What rejects the attempts, where no scene was valid."""
+    """Causes of rejected attempts, if no scene was valid."""
 
     @property
     def method(self) -> str:
@@ -69,11 +70,11 @@ def method_name(method: str) -> str:
 
 
 def method_style(method: str) -> str:
-    """The colour of a method in a terminal, from its row; those of other packages share one."""
+    """Return the colour of a method in a terminal, from its row; methods of other packages share one colour."""
     return SEARCHERS[method].style if method in SEARCHERS else PLUGIN_STYLE
 
 
-# -- how the runs of a search ended, and with whom the ego collided; a repeated elite counts once ----------------------
+# -- endings of the runs of a search, and partners of collisions; a repeated elite counts once -------------------------
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ class End:
 
 
 def ends_of(program: Program, evaluations: Evaluations) -> list[End]:
-    """Every end, the most frequent first; at the end those whom the ego could have touched and never did."""
+    """Return every ending, the most frequent first; last the actors that the ego could have touched and never did."""
     runs, new = evaluations.rollouts, evaluations.simulated
     columns = (runs.verdict, runs.end_reason, runs.end_rule, partner_of(evaluations))
     found, counts = np.unique(np.stack([column[new].ravel() for column in columns]), axis=1, return_counts=True)
@@ -107,7 +108,7 @@ def _end(program: Program, end: Sequence[int], count: int) -> End:
 
 
 def _others(actors: Sequence[str]) -> str:
-    """Whose collision it was, where there are only two but the ego."""
+    """Return the names of the other actors if there are exactly two; else `others`."""
     return f"{actors[1]} and {actors[2]}" if len(actors) == 3 else "others"
 
 
@@ -135,7 +136,7 @@ def partners_text(actors: Sequence[str], found: Partners) -> str:
 # -- a search in plain words -------------------------------------------------------------------------------------------
 
 RANDOM = "random"
-"""The one method whose simulations are independent of one another, so that an interval can be given for their share."""
+"""The only method with mutually independent simulations, so that their share has an interval."""
 
 
 def whole_run(record: Record) -> tuple[Figures, Figures]:
@@ -197,7 +198,7 @@ def worst_words(record: Record) -> str:
 
 
 def sought_words(record: Record) -> str:
-    """What was sought instead of the risk, and how often each expectation is broken; empty where there is neither."""
+    """Return the objective, if it is not the risk, and the broken expectations; empty without both."""
     manifest, evaluations = record.manifest, record.evaluations
     texts: list[str] = []
     if manifest.objective != DEFAULT_OBJECTIVES:
@@ -221,7 +222,7 @@ def collision_interval(record: Record) -> tuple[float, float]:
 
 
 def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
-    """Return what must not be concluded from these numbers."""
+    """Yield conclusions that these numbers do not support."""
     _, simulated = whole_run(record)
     if record.manifest.method == RANDOM and simulated.valid_runs:
         low, high = collision_interval(record)
@@ -274,7 +275,7 @@ def _beyond(record: Record) -> float:
 
 
 def search_content(program: Program, record: Record) -> dict[str, Any]:
-    """Every number of a run by its name in the journal, and what follows from them."""
+    """Return every number of a run by its name in the journal, with derived values."""
     manifest, (everyone, simulated) = record.manifest, whole_run(record)
     score, times = worst_score(record)
     ends = ends_of(program, record.evaluations)

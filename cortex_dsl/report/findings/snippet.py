@@ -182,7 +182,7 @@ def _moved(mark: Mark, offset: int, room: int) -> Mark:
 
 
 def _fits_beside(mark: Mark, marks: list[Mark], room: int) -> bool:
-    """Whether a text can stand right of its own carets."""
+    """Return whether a text fits to the right of its own carets."""
     return mark is marks[-1] and mark.end + 1 + sum(map(cells, mark.text)) <= room
 
 
@@ -276,7 +276,7 @@ def as_json(source: Source, diagnostics: Iterable[Diagnostic]) -> list[dict[str,
 
 
 def _other_place(source: Source, diagnostic: Diagnostic, label: Label) -> dict[str, Any]:
-    """A place that says its file where it is another one."""
+    """Return a place with its file if that is another file."""
     file = source.file(label.span.start)
     here = file is source.file(diagnostic.label.span.start)
     return _range_of(source, label) if here else {"file": file.name, **_range_of(source, label)}

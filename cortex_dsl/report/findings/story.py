@@ -1,4 +1,4 @@
-"""A run as moments in time: who braked, when it was closest, what touched what, why it ended, what followed contact."""
+"""A run as moments in time: braking, closest approach, contacts, the end and its reason, and events after contact."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -54,7 +54,7 @@ class Moment:
     actor: int
     """-1: not of one actor."""
     kind: str
-    """One of `ORDER`."""
+    """Kind of moment, a member of `ORDER`."""
     text: str
 
 
@@ -75,7 +75,7 @@ def story_of(
 
 
 def in_order(moments: Iterable[Moment]) -> list[Moment]:
-    """By time; what happened at one time from its causes to its effects."""
+    """Return the moments in order of time; moments at one time are in order from causes to effects."""
     return sorted(moments, key=lambda moment: (moment.time, ORDER.index(moment.kind)))
 
 
@@ -123,7 +123,7 @@ RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it br
 
 
 def _starts(program: Cast, trajectory: Trajectory, unit: SpeedUnit) -> Iterator[Moment]:
-    """Who comes in later starts when it does."""
+    """Yield the start of each actor, at the time at which it becomes present."""
     for actor in range(len(program.actors)):
         here = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
         if len(here):
@@ -202,10 +202,11 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: Speed
 
 
 def speeds(trajectory: Trajectory) -> Floats:
-    """(samples, actors) [m/s]. Up to contact, or to an earlier impact of its own, as the actor drives, backwards
-    negative; from then on of its centre, whatever way it heads: over the step that follows a sample, so that none mixes
-    what was before the blow with what came after it; the last sample goes on with the braking before it. NaN where an
-    actor is not in the scene.
+    """Return the speeds (samples, actors) [m/s]; NaN while an actor is not in the scene.
+
+    Up to contact, or to an earlier impact of its own, it is the speed that the actor drives, negative backwards. From
+    then on it is the speed of its centre in any direction, over the step after a sample, so that no value mixes speeds
+    before and after the impact; the last sample continues the braking before it.
     """
     there, loose = trajectory.states[..., State.PRESENT] > 0.5, trajectory.states[..., State.PRESENT] == SLIDING
     found = np.where(there, trajectory.states[..., State.SPEED], np.nan)
@@ -222,14 +223,14 @@ def speeds(trajectory: Trajectory) -> Floats:
     return found
 
 
-# -- what the world shows after contact: every impact, and where all came to rest --------------------------------------
+# -- events after contact: every impact, and the final positions -------------------------------------------------------
 
 MOST_IMPACTS = 4
-"""Later ones are a car against the same car again, with hardly any force."""
+"""Maximum number of impacts that are listed; later ones repeat the same pair of vehicles with hardly any force."""
 
 
 def aftermath(program: Program, impacts: "Sequence[Impact]", trajectory: Trajectory) -> list[Moment]:
-    """Each impact with the change of velocity it gave to both, and who stands still in the end."""
+    """Return each impact with the change of velocity of both bodies, and the actors that stand still in the end."""
     unit = speed_unit(program)
     shown = [moment for impact in impacts[:MOST_IMPACTS] for moment in _impact(program, impact, unit)]
     return shown + list(_rests(trajectory)) if impacts else []

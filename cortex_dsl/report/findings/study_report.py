@@ -40,7 +40,7 @@ def missing_lines(rows: "tuple[Comparison, ...] | list[Comparison]") -> list[str
 
 
 def differences(rows: Sequence[Beside]) -> list[str]:
-    """Where ours differ from the paper's, in words; the first line is the summary."""
+    """Return lines on differences between our results and the paper's; the first lines summarize them."""
     against = [row for row in rows if not row.same_direction]
     windows = [row for row in rows if row.measure.name.startswith("NIS")]
     others = [row for row in rows if row not in windows]
@@ -75,13 +75,13 @@ def measure_called(name: str) -> Measure:
 
 
 def distinct_simulations(study: Study) -> int:
-    """Of all runs."""
+    """Return the number of distinct simulations of all runs."""
     return sum(record.figures.simulations.runs for record in study.records)
 
 
 @dataclass(frozen=True)
 class Yield:
-    """What a method found in all of its runs, for its work: beside figures that count individuals."""
+    """Results of a method in all of its runs, per effort: a complement to figures that count individuals."""
 
     method: str
     valid: int
@@ -131,7 +131,7 @@ def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:
 
 
 def study_content(study: Study, found: Findings) -> dict[str, Any]:
-    """The whole study for a document, with what follows from its numbers."""
+    """Return the whole study as a document, with derived values."""
     return {
         **summary(study, found),
         "runs": study.plan.runs,

@@ -1,7 +1,7 @@
-"""Counts over sampled scenes: verdicts, attempts, and how often each requirement was tested and failed.
+"""Counts over sampled scenes: verdicts, attempts, tests and failures of each requirement.
 
-And what follows from them: the first culprit, what each requirement does alone and by how much it was missed, what to
-relax, and which of them contradict one another.
+Derived from them: the first culprit, the effect of each requirement alone and its nearest miss, a relaxation, and
+contradictions between requirements.
 """
 
 import math
@@ -65,7 +65,7 @@ class Tally:
 
     @property
     def always(self) -> bool:
-        """Whether every attempt was accepted."""
+        """Return whether every attempt was accepted."""
         return self.valid == self.attempts
 
     @property
@@ -79,7 +79,7 @@ class Tally:
 
 
 def first_culprit(program: Program, tally: Tally) -> int | None:
-    """The requirement that most deserves a look: the first that never passed, else the one that passes least."""
+    """Return the requirement to inspect first: the first that never passed, else the one with the lowest rate."""
     rated = [
         (tally.pass_rate(i), i) for i in range(min(len(program.requirements), len(tally.failed))) if tally.failed[i] > 0
     ]
@@ -103,7 +103,7 @@ MOST_PARAMS = 4
 
 
 def blame_note(account: "Account") -> str:
-    """What the numbers of the table are shares of."""
+    """Return the total that the shares in the table refer to."""
     weighing = account.weighing
     met = f"{percent(weighing.acceptance, 2)} met all"
     own = " with new params" if len(weighing.program.space) else ""
@@ -144,7 +144,7 @@ def quoted(account: "Account", requirement: int) -> str:
 
 
 def cure_of_conflict(account: "Account") -> str:
-    """What to do where requirements are proved never to hold; empty where nothing is proved."""
+    """Return a cure for requirements that are proved to conflict; empty without a proof."""
     conflict, program = account.conflict, account.weighing.program
     if conflict is None or not conflict.proved:
         return ""

@@ -1,4 +1,4 @@
-"""What there is to say of a second opinion: the answers by name, each case in words, and all of it for a document."""
+"""A second opinion: the answers by name, each case in words, and all of it as a document."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Sections of a run's page that come from its analysis: kinds of failures, grids, whose fault, which params matter."""
+"""Sections of a run's page from its analysis: kinds of failures, grids, responsible actors, effects of params."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -54,7 +54,7 @@ SHOWN = 20
 
 
 def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
-    """What happened, first the kinds that a competent driver would have avoided."""
+    """Return the section on kinds of failures; first the kinds that a competent driver would have avoided."""
     if not (analysis.kinds and analysis.came.judged):
         return None
     most = max(each.count for each in analysis.kinds)
@@ -82,7 +82,7 @@ def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
 
 
 def places(space: ParamSpace, analysis: Analysis) -> Node:
-    """Where in the space of params the failures lie, with the condition under which more fail."""
+    """Return the section on clusters of failures in the space of params, with their conditions."""
     if not analysis.clusters:
         return None
     rows = [
@@ -199,7 +199,7 @@ def share_style(share: float) -> str:
 
 
 def avoided(analysis: Analysis) -> Node:
-    """What the reference driver would have made of the failures."""
+    """Return the section on the failures that the reference driver would have avoided."""
     found = analysis.avoided
     if not found.driven:
         return None
@@ -221,7 +221,7 @@ def avoided(analysis: Analysis) -> Node:
 
 
 def avoidance_badge(answer: Avoidability | None) -> Node:
-    """What is said of one case."""
+    """Return the badge for the avoidability of one case."""
     if answer is None:
         return None
     name, _, meaning = AVOIDANCES[answer.avoidance]
@@ -232,11 +232,11 @@ def avoidance_badge(answer: Avoidability | None) -> Node:
     )
 
 
-# -- which params matter for what, and what the search made of them ----------------------------------------------------
+# -- effects of params, and their course in the search -----------------------------------------------------------------
 
 
 def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations, goal: str) -> Node:
-    """What each param does to the scenario, and what the search made of it, which sought to make `goal` large."""
+    """Return the section on params: their effect on the scenario and their trend in a search that maximizes `goal`."""
     if not len(space):
         return None
     hit = evaluations.simulated & evaluations.collided

@@ -1,6 +1,6 @@
-"""One case on a page: its replay with plots in step, what happened, its risk, its params, and how to see it again.
+"""One case on a page: its replay with synchronous plots, its events, risk and params, and the command to repeat it.
 
-`card` is the article that a run's page holds for each of its cases, `case_page` a page with one case alone.
+`card` is the article of each case on a run's page, `case_page` a page with one case alone.
 """
 
 from dataclasses import dataclass
@@ -95,7 +95,7 @@ def _measure(metric: Metric, name: str) -> Element:
 
 
 def pairs_table(replay: CaseReplay) -> Node:
-    """How near the ego came to everybody else than the one who decides the risk."""
+    """Return a table of the ego's distances to all actors except the one that decides the risk."""
     outcomes = replay.outcomes
     rows = [
         element(
@@ -155,9 +155,9 @@ class Place:
     case: Case
     folder: Path | None
     answer: Avoidability | None = None
-    """Of the reference driver."""
+    """Answer of the reference driver."""
     opinion: str = ""
-    """What `cortexc verify --model dynamic` said of it."""
+    """Result of `cortexc verify --model dynamic`."""
 
 
 def card(replay: CaseReplay, place: Place, number: int) -> Element:
@@ -196,11 +196,11 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
 
 
 OPINION_STYLES = {"bad": "hit", "warn": "warn"}
-"""What a terminal shows in red or yellow, a page does, too."""
+"""Styles of opinions on a page, for those that are red or yellow in a terminal."""
 
 
 def opinion_badge(outcomes: Outcomes, opinion: str) -> Node:
-    """What a second opinion says of a case; without one, whether it asks for one."""
+    """Return the badge for the second opinion of a case; without one, a badge if the grip exceeds the vehicle model."""
     if opinion:
         style, meaning = next(((style, text) for name, style, text in ANSWERS.values() if name == opinion), ("", ""))
         return element("span", opinion, class_=f"badge {OPINION_STYLES.get(style, '')}".strip(), title=meaning)
@@ -288,7 +288,7 @@ def _again(replay: CaseReplay, place: Place) -> Element:
 
 
 def case_page(replay: CaseReplay, case: Case | None = None, folder: Path | None = None) -> str:
-    """The page of a case; `folder` is that of its run, if it has one."""
+    """Return the page of a case; `folder` is that of its run, if it has one."""
     program = replay.program
     description = first_line(program.description)
     place = Place(case or case_of(replay), folder)

@@ -205,7 +205,7 @@ def _cursor(across: Scale, height: int) -> Element:
 
 @dataclass(frozen=True)
 class Box:
-    """What a box plot shows of one sample."""
+    """Statistics of one sample in a box plot."""
 
     name: str
     style: str
@@ -221,7 +221,7 @@ def box_chart(
     unit: str = "",
     stars: Sequence[tuple[int, int, str]] = (),
 ) -> Element:
-    """Box plots side by side: median, quartiles, whiskers within 1.5 times the box, what lies beyond as dots.
+    """Draw box plots side by side: median, quartiles, whiskers within 1.5 times the box, outliers as dots.
 
     `stars`: (box, box, text) comparisons, drawn as brackets above. Tukey (1977), "Exploratory Data Analysis".
     """

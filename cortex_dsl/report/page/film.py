@@ -16,12 +16,12 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 WIDTHS = {CARD: 720, BAND: 1080}
-"""Of a film, by its shape [px]."""
+"""Width of a film by its shape [px]."""
 FINE = 2
 """Times as fine as it is shown, so that edges are smooth."""
 FRAMES_PER_SECOND = 20
 DASH, GAP = 1.6, 2.4
-"""Of the lines between lanes of one direction, as `drawing.css` has them [m]."""
+"""Length and gap of the dashes between lanes of one direction, as in `drawing.css` [m]."""
 HOLD = 1.2
 """How long contact, and the end, stand still [s]."""
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
@@ -30,7 +30,7 @@ ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
 HOT, GLASS = "#c8400a", "#f4f6f8"
 YELLOW = "#e0a800"
 SIGNALS = {"green": ACTORS[2], "yellow": YELLOW, "red": HOT, "": KERB}
-"""What lights show; they are few, so that a palette has room for what lies between any two colours."""
+"""Colours of lights; few, so that a palette has room for mixtures of any two colours."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
 
 
 def _palette(image: Any) -> Any:
-    """Our colours as they are, and what lies halfway between any two of them, for smooth edges."""
+    """Return a palette of our colours and of the mixtures of any two of them, for smooth edges."""
     tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, YELLOW, GLASS, BUILDING, *ACTORS, *map(_lighter, ACTORS))
     ours = [tuple(bytes.fromhex(tint[1:])) for tint in tints]
     halfway = [tuple((a + b) // 2 for a, b in zip(*pair, strict=True)) for pair in combinations(ours, 2)]

@@ -34,7 +34,7 @@ class Verbatim:
 
 @dataclass(frozen=True)
 class Element:
-    """One element with what it holds."""
+    """One element with its contents."""
 
     tag: str
     attributes: Mapping[str, Any]
@@ -45,7 +45,7 @@ class Element:
 
 
 Node: TypeAlias = "Element | Verbatim | str | int | float | Iterable[Node] | None"
-"""What an element may hold: elements, text, lists of such; None is nothing."""
+"""Contents of an element: elements, text, lists of them; None is nothing."""
 
 
 def element(tag: str, /, *children: Node, **attributes: Any) -> Element:
@@ -54,7 +54,7 @@ def element(tag: str, /, *children: Node, **attributes: Any) -> Element:
 
 
 def prose(text: str) -> list[Node]:
-    """A sentence in which what stands between backticks is code."""
+    """Return the nodes of a sentence; text between backticks is code."""
     return [element("code", part) if number % 2 else part for number, part in enumerate(text.split("`"))]
 
 
@@ -170,11 +170,11 @@ def picture(drawing: Element, rules: str | None = None) -> str:
 
 @cache
 def text(name: str) -> str:
-    """One of the files beside this module."""
+    """Return the text of a file in this folder."""
     return files("cortex_dsl.report.page").joinpath(name).read_text(encoding="utf-8")
 
 
-# -- what all pages share ----------------------------------------------------------------------------------------------
+# -- common parts of all pages -----------------------------------------------------------------------------------------
 
 
 def part(name: str, title: str, note: Node, *content: Node) -> Element:
@@ -226,9 +226,7 @@ def figure(name: str, value: float, text: str) -> Node:
 
 
 def command_again(words: Sequence[str]) -> str:
-    """The words that a page tells its reader to type again, without the folder of results: that one is there by now,
-    and would be refused.
-    """
+    """Return the command line for repeating a command, without the results folder: it exists and would be refused."""
     after_out = {k for k, pair in enumerate(pairwise(words), start=1) if pair[0] == "--out"}
     kept = [word for k, word in enumerate(words) if k not in after_out and word.partition("=")[0] != "--out"]
     return join(("cortexc", *map(without_folders, kept)))

@@ -1,12 +1,12 @@
-"""What a notebook shows: scenes, runs and searches as SVG and HTML, by the same drawings as the pages.
+"""Notebook output: scenes, runs and searches as SVG and HTML, by the same drawings as the pages.
 
-    >>> scenario.show(scenario.sample(1))           # where everybody starts
-    >>> scenario.replay(scenario.sample(1))         # the run of it, which plays
+    >>> scenario.show(scenario.sample(1))           # the actors at their start
+    >>> scenario.replay(scenario.sample(1))         # a replay of its run
     >>> campaign = scenario.search("ga")
-    >>> scenario.show(campaign)                     # what a search found
-    >>> scenario.show(campaign.worst[0])            # one of its cases, which plays
+    >>> scenario.show(campaign)                     # results of a search
+    >>> scenario.show(campaign.worst[0])            # a replay of one of its cases
 
-What comes back is displayed by notebooks, and its `save` writes it to a file.
+Notebooks display the result, and its `save` writes it to a file.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ from engine.tables import Floats
 from engine.vocabulary import Column, State
 
 HEIGHT = 640
-"""Of a page inside a notebook [px]."""
+"""Height of a page inside a notebook [px]."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def _saved(path: str | Path, text: str) -> Path:
 
 
 def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
-    """One of some scenes as a picture, a case as a page that plays, a campaign as a table of what it found.
+    """Return a picture of one scene, a page with a replay of a case, or a table of the results of a campaign.
 
     Raises:
         ArgumentKindError: it is nothing of these.
@@ -112,7 +112,7 @@ def _framed(page: str) -> Shown:
 
 
 def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
-    """Who stands where before anything moves. A scene that is not valid shows the road alone."""
+    """Draw the actors of a scene at its start; for an invalid scene, the road alone."""
     road = outline(build_network(program.road_spec))
     states, outlines = _start(program, scenes, row)
     names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
@@ -141,7 +141,7 @@ def _start(program: Program, scenes: Scenes, row: int) -> tuple[Floats, Floats]:
 
 
 def campaign_table(campaign: Campaign) -> Element:
-    """What a search found, in a few rows."""
+    """Return a table with the facts of a search."""
     return element("table", element("tbody", [_row(*row) for row in campaign.facts()]))
 
 
@@ -150,7 +150,7 @@ def _row(name: str, value: str) -> Element:
 
 
 def scenario_table(scenario: Runnable) -> Element:
-    """A scenario's name, its actors and its params, with one of its scenes."""
+    """Return a table of a scenario's name, its actors and its params, with one of its scenes."""
     space = scenario.program.space
     rows = [
         _row(name, ", ".join(options) if options else f"{low:g} to {high:g} {unit}")

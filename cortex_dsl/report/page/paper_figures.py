@@ -31,7 +31,7 @@ from engine.vocabulary import State
 FORMATS = ("svg", "png", "pdf")
 CASES = 3
 COLUMN, PAGE = 3.6, 7.2
-"""Of a printed column, and of both [inches]."""
+"""Width of a printed column, and of two columns [inches]."""
 STYLE = {
     "font.size": 8,
     "axes.spines.top": False,
@@ -72,7 +72,7 @@ def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """A figure without pyplot, whose windows would stay open [inches]."""
+    """Return a figure of this size [inches] without pyplot, whose windows would stay open."""
     return needed("matplotlib.figure", "figures need", "report").Figure(figsize=(width, height), layout="constrained")
 
 
@@ -102,7 +102,7 @@ def _course(record: Record) -> Any:
 
 
 def _heat(found: HeatMap, many: str) -> Any:
-    """The share of collisions, or of what else is sought, in each cell."""
+    """Return the share of collisions, or of results of another objective, in each cell."""
     figure = new_figure(3.4, 2.9)
     axes = figure.subplots()
     share = np.where(found.tried > 0, found.failed / np.maximum(found.tried, 1), np.nan)
@@ -120,7 +120,7 @@ def _label(name: str, unit: str) -> str:
 
 
 def _scene(replay: CaseReplay, frame: Frame) -> Any:
-    """The road from above, ways, and everybody at the key moment; the ego's road lies along the picture."""
+    """Draw the road from above, ways, and all actors at the key moment; the ego's road lies along the picture."""
     states, width = replay.trajectory.states[replay.key_sample], PAGE if frame.is_band else COLUMN
     figure = new_figure(width, width / frame.shape)
     axes = figure.subplots()
@@ -167,11 +167,11 @@ def _compass(axes: Any, frame: Frame) -> None:
 # -- figures of a study ------------------------------------------------------------------------------------------------
 
 ACROSS = 3
-"""Panels beside one another, at most."""
+"""Maximum number of panels side by side."""
 WIDTH, HEIGHT = 2.5, 2.1
-"""Of a panel [inches]."""
+"""Width and height of a panel [inches]."""
 COLOURS = ("#8a8f98", "#c8501e", "#0b6bb0", "#2f7d4f", "#7a4fa3", "#b58900")
-"""Of the baseline, then of the contenders."""
+"""Colours: first the baseline, then the contenders."""
 
 
 def write_study_figures(study: Study, folder: Path) -> list[Path]:

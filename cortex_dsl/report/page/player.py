@@ -1,8 +1,8 @@
-"""The player of a case: the drawing from above, its controls, plots in step, and the data that it replays.
+"""The player of a case: the drawing from above, its controls, synchronous plots, and the data of the replay.
 
-The data are poses and speeds of everybody, and how the deciding pair came near, over time. Numbers travel as whole
+The data are poses and speeds of all actors, and the approach of the deciding pair, over time. Numbers are sent as whole
 numbers, each series as its first value and the differences: a hundred samples of one series take some 300 bytes.
-Positions in centimetres, headings in milliradians, speeds in millimetres a second.
+Positions are in centimetres, headings in milliradians, speeds in millimetres a second.
 """
 
 import math
@@ -29,15 +29,15 @@ PER_METRE = 100.0
 PER_RADIAN = 1000.0
 PER_SPEED = 1000.0
 BOX = ("x", "y", "heading", "length", "width")
-"""What a building is, as the page says it."""
+"""Properties of a building in the page's data."""
 FARTHEST = 1e4
-"""Nobody's sight is drawn further [m]."""
+"""Maximum range of a drawn field of view [m]."""
 
 
 def replay_data(
     trajectory: Trajectory, drawn: Sequence[Shape], near: Approach, key_time: float, speeds: Floats
 ) -> dict[str, Any]:
-    """The embedded form, which `replay.js` reads; `speeds` (samples, actors) [m/s], NaN for who is not there."""
+    """Return the embedded data for `replay.js`; `speeds` (samples, actors) [m/s], NaN for absent actors."""
     return {
         "step": time_step(trajectory),
         "samples": len(trajectory.time),
@@ -65,7 +65,7 @@ def _actor(states: Floats, speeds: Floats, name: str) -> dict[str, Any]:
 
 
 def _unwound(angles: Floats) -> Floats:
-    """Without jumps of a whole turn, so that what lies between two samples is between their values."""
+    """Return the angles without jumps of a whole turn, so that interpolation between two samples is correct."""
     return np.unwrap(np.where(np.isfinite(angles), angles, 0.0))
 
 
@@ -92,7 +92,7 @@ def packed(values: Floats, scale: float) -> list[int | None]:
 # -- the player --------------------------------------------------------------------------------------------------------
 
 SCRIPTS = ("series.js", "camera.js", "sight.js", "replay.js")
-"""What a page with players needs, in this order."""
+"""Scripts of a page with players, in order."""
 SPEEDS = (0.25, 0.5, 1, 2, 4)
 
 
@@ -111,7 +111,7 @@ def player(replay: CaseReplay, number: int) -> Element:
 
 
 def player_data(replay: CaseReplay) -> dict[str, Any]:
-    """What the player replays."""
+    """Return the data that the player replays."""
     frame = replay.frame
     moved = replay_data(replay.trajectory, replay.shapes, replay.approach, replay.key_time, replay.speeds)
     return {
@@ -134,7 +134,7 @@ def _changes(signal: SignalLine, times: Floats) -> list[tuple[float, str]]:
 
 
 def _looks(replay: CaseReplay, actor: int) -> dict[str, Any]:
-    """How large an actor is, how wide and how far it sees, and whether it hides what is behind it."""
+    """Return the size of an actor, its field of view, and whether it hides others."""
     shape, columns = replay.shapes[actor], replay.columns[actor]
     return {
         "outline": [shape.length, shape.width],
@@ -169,7 +169,7 @@ def _key_words(replay: CaseReplay) -> str:
 
 
 def _ghosts(replay: CaseReplay) -> Node:
-    """The outlines at contact, which stay while what follows is shown."""
+    """Return the outlines at contact, which stay visible afterwards."""
     if not replay.collided:
         return None
     states = replay.trajectory.states[replay.trajectory.contact_sample]
@@ -189,13 +189,13 @@ def _stage(replay: CaseReplay) -> Element:
 
 
 def _middle(replay: CaseReplay) -> tuple[float, float]:
-    """Where the ego is at the key moment [m]."""
+    """Return the position of the ego at the key moment [m]."""
     x, y = replay.trajectory.states[replay.key_sample, 0, :2].tolist()
     return x, y
 
 
 def _chip(name: str, actor: int) -> Element:
-    """An actor's colour, which shows what it sees when it is pressed."""
+    """Return a button in an actor's colour, which shows the actor's field of view."""
     tint = f"actor-{scene_svg.colour(actor)}"
     return element(
         "button",
@@ -272,7 +272,7 @@ def _controls(replay: CaseReplay) -> Element:
 
 
 def _ticks(replay: CaseReplay) -> Iterator[Element]:
-    """Where on the scrubber things happen, and where the scored run is over."""
+    """Yield marks on the scrubber for events and for the time after the scored run."""
     time = replay.trajectory.time
     end = float(time[-1]) or 1.0
     if replay.collided and time[-1] > replay.key_time:

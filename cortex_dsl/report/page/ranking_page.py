@@ -14,7 +14,7 @@ from engine.tables import Floats
 DRAWN = 12
 """Windows with a drawing."""
 SIZE, MARGIN = 260.0, 4.0
-"""Of a drawing [px], and around what it shows [m]."""
+"""Size of a drawing [px], and margin around its content [m]."""
 MOST_POINTS = 200
 COLORS = ("#1f77b4", "#d62728")
 

@@ -1,4 +1,4 @@
-"""The charts of one run: the paper's metrics over the generations, heat maps of params, what each param did."""
+"""Charts of one run: the paper's metrics over the generations, heat maps of params, effects of params."""
 
 from collections.abc import Iterator, Sequence
 
@@ -18,7 +18,7 @@ from engine.vocabulary import Verdict
 
 
 def metric_charts(record: Record) -> Iterator[Element]:
-    """The course of each metric over the generations, with the middle half of the individuals where there is one."""
+    """Yield the course of each metric over the generations, with the middle half of the individuals if available."""
     everyone, _ = whole_run(record)
     objective = record.manifest.objective
     for metric in METRICS:
@@ -42,7 +42,7 @@ def metric_charts(record: Record) -> Iterator[Element]:
 
 
 def _yield_chart(record: Record) -> Element:
-    """How many different collisions, or finds of what else is sought, there had been by the end of each generation."""
+    """Return the cumulative number of different collisions, or results of another objective, per generation."""
     evaluations, many = record.evaluations, finds_of(record.manifest.objective).many
     rows = np.flatnonzero(evaluations.simulated & evaluations.found)
     _, first = np.unique(evaluations.genomes[rows], axis=0, return_index=True)
@@ -89,7 +89,7 @@ def _middle_half(record: Record, field: str) -> tuple[Floats | None, Floats | No
 
 
 SIDE = 300
-"""Of a heat map's square [px]."""
+"""Side of a heat map's square [px]."""
 ROOM = (52, 12, 10, 42)
 """Left, right, top and bottom of it."""
 
@@ -173,7 +173,7 @@ def _text(text: str, x: float, y: float, anchor: str, name: str | None = None) -
 
 
 def strip(values: Floats, low: float, high: float, bins: int = 40) -> Element:
-    """Where in a range values lie, as a strip of shades."""
+    """Draw the distribution of values over a range as a strip of bars."""
     counts, _ = np.histogram(values, bins=bins, range=(low, high if high > low else low + 1.0))
     most = max(1, int(counts.max()))
     bars = [

@@ -1,4 +1,4 @@
-"""The report of one search: a page for those who decide, and for the engineer who is responsible for it."""
+"""The report of one search: a page for decision makers and for the responsible engineer."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class RunPage:
     replays: tuple[CaseReplay, ...]
     analysis: Analysis
     opinions: Mapping[str, str]
-    """Answers of `cortexc verify --model dynamic` by the keys of cases, where it was asked."""
+    """Answers of `cortexc verify --model dynamic` by the keys of cases, if it was run."""
 
     @property
     def record(self) -> Record:
@@ -155,7 +155,7 @@ def _tiles(found: RunPage) -> Iterator[Element]:
 
 
 def _partner_tiles(record: Record) -> Iterator[Element]:
-    """With whom, where there is more than one to collide with: a search may have missed somebody."""
+    """Yield collisions by partner if there are several possible partners: a search may have missed one."""
     actors = record.manifest.actors
     if len(actors) < 3:
         return
@@ -245,14 +245,14 @@ def _lost_words(found: RunPage) -> str:
 
 
 def _numbers_words(found: RunPage) -> str:
-    """What the numbers of the cases are: scenes over which the driver failed may have the first ones."""
+    """Return a note on the numbers of the cases; scenes with a failed driver may have the first numbers."""
     if found.worst[-1].rank <= WORST:
         return "Their numbers are those of the files in the run's folder `worst`."
     return "Their numbers are their ranks; the files in the run's folder `worst` are the first ones."
 
 
 def _case_words(found: RunPage, case: Case) -> str:
-    """`risk 22, truck`: with whom, where there is more than one who may be meant."""
+    """Return a case's words, as in `risk 22, truck`; the partner is named if there are several."""
     actors, pair = found.record.manifest.actors, int(found.record.evaluations.rollouts.pair[case.row, case.rollout])
     if len(actors) > 2 and pair >= 0:
         return f"risk {case.score}, {'' if case.collided else 'near '}{actors[pair + 1]}"
@@ -260,13 +260,13 @@ def _case_words(found: RunPage, case: Case) -> str:
 
 
 def _answer(found: RunPage, case: Case) -> Avoidability | None:
-    """What the reference driver says of a case, if it was asked."""
+    """Return the answer of the reference driver for a case; None if it did not drive the case."""
     answers = zip(found.analysis.worst, found.analysis.avoidability, strict=True)
     return next((answer for other, answer in answers if other.row == case.row), None)
 
 
 def _opinion(found: RunPage, case: Case) -> str:
-    """What `cortexc verify --model dynamic` said of a case, if it was asked."""
+    """Return the result of `cortexc verify --model dynamic` for a case; "" without one."""
     return found.opinions.get(format_key(case.key), "")
 
 

@@ -40,7 +40,7 @@ from engine.search.probability.estimates import Probability, kept
 from engine.search.store import without_folders
 from engine.vocabulary import EndReason, Verdict
 
-# -- in plain words: what was searched, how much, what was found, and what it does not show ----------------------------
+# -- in plain words: the object and effort of the search, its results, and their limits --------------------------------
 
 
 def paragraphs(record: Record, came: Failures, system: Sequence[str] = ()) -> Iterator[Node]:
@@ -131,13 +131,13 @@ def _found(record: Record, came: Failures) -> Node:
 
 
 def _partners(record: Record) -> str:
-    """With whom the ego collided, and with whom never."""
+    """Return the actors with which the ego collided, and those with which it never did."""
     actors = record.manifest.actors
     text = partners_text(actors, partners(record.evaluations, len(actors)))
     return f"By partner: {text.removeprefix('with ')}. " if text else ""
 
 
-# -- how probable a collision is: estimates that lie beside the journal, or how to get one -----------------------------
+# -- probability of a collision: estimates next to the journal, or the command for one ---------------------------------
 
 NOTE = (
     "Given a valid run, when every param is drawn from its distribution in the file. "

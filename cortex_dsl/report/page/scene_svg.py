@@ -17,7 +17,7 @@ from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 
 SEAM = 0.05
-"""By which asphalt reaches below its neighbour's on all sides, so that no light shows between smoothed edges [m]."""
+"""Overlap of asphalt below its neighbours on all sides, so that no light shows between smoothed edges [m]."""
 
 
 def number(value: float, decimals: int = 2) -> str:
@@ -64,7 +64,7 @@ def _lengthened(line: Floats, by: float) -> Floats:
 
 
 def road_layer(road: Outline, time: float = 0.0) -> Element:
-    """Buildings, asphalt, lines and kerbs, and what the lights show at a time [s]."""
+    """Return buildings, asphalt, lines and kerbs, and the colours of lights at a time [s]."""
     return element(
         "g",
         [element("polygon", points=points_text(ring), class_="building") for ring in road.buildings],
@@ -89,7 +89,7 @@ def way_layer(ways: Sequence[Floats]) -> Element:
 
 
 def sight_layer() -> Element:
-    """Room for what an actor sees, which a script draws on request: the area, and the shadows in its view."""
+    """Return an empty layer for an actor's field of view, which a script draws on request: the area and its shadows."""
     paths = [element("path", class_="shadow", fill_rule="evenodd"), element("path", class_="seen")]
     return element("g", paths, class_="sight", style="display:none")
 
@@ -188,7 +188,7 @@ def overview(town: Outline, place: Sequence[float]) -> Element:
 
 
 def _thinned(line: Floats) -> Floats:
-    """Its ends, and what is a pixel from what was kept before."""
+    """Return the ends of a line, and points at least a pixel from the previous one."""
     kept = [line[0]]
     for point in line[1:-1]:
         if math.hypot(*(point - kept[-1])) >= 1.0:

@@ -1,4 +1,4 @@
-"""The report of a study: what may be claimed, how certain it is, and every run behind it."""
+"""The report of a study: its claims, their certainty, and every run behind them."""
 
 from collections.abc import Iterator, Sequence
 from shlex import join

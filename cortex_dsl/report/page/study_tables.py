@@ -13,7 +13,7 @@ from engine.study.verdict import Beside, Findings
 
 
 def primary(study: Study, found: Findings) -> Node:
-    """What was named before the study was run, a table for each."""
+    """Return the section on outcomes that were named before the study, with a table for each."""
     if not found.comparisons:
         return None
     head = (
@@ -142,7 +142,7 @@ def _percents(interval: Interval) -> str:
 
 
 def paper(found: Findings) -> Node:
-    """Our numbers beside the paper's, and the paper's table of studies with our row."""
+    """Return our numbers next to the paper's, and the paper's table of studies with our row."""
     if not found.beside:
         return None
     beside = [

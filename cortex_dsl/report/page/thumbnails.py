@@ -13,7 +13,7 @@ from engine.vocabulary import State
 ROAD = "road"
 """Name of the road that all pictures of a page share."""
 POINTS = 40
-"""Of a way in a small picture, at most."""
+"""Maximum number of points of a way in a small picture."""
 
 
 def shared_road(replay: CaseReplay) -> Element:
@@ -23,13 +23,13 @@ def shared_road(replay: CaseReplay) -> Element:
 
 
 def thumbnails(replays: Sequence[CaseReplay]) -> list[Element]:
-    """One a case: the ego, whom it comes nearest to, and where everybody came from."""
+    """Return one picture per case: the ego, its nearest actor, and the ways of all actors."""
     frames = alike([_close(replay) for replay in replays])
     return [_thumbnail(replay, frame) for replay, frame in zip(replays, frames, strict=True)]
 
 
 def _close(replay: CaseReplay) -> Frame:
-    """What is near the ego and the other of the deciding pair at the key moment."""
+    """Return the frame around the deciding pair at the key moment."""
     points = [corner for actor in {0, replay.pair + 1} for corner in _corners(replay, actor)]
     return Frame.around(np.array(points or [(0.0, 0.0)]), replay.heading, CARD)
 

@@ -25,11 +25,11 @@ class Dot(NamedTuple):
     """A kind of dot."""
 
     colour: str
-    """Of the stylesheet."""
+    """Colour variable of the stylesheet."""
     key: str
-    """What they are, many of them."""
+    """Name in the plural."""
     words: str
-    """Of one of them, before its risk."""
+    """Name in the singular, before the risk."""
 
 
 def _dots_of(finds: Finds) -> tuple[Dot, ...]:
@@ -42,8 +42,9 @@ def _dots_of(finds: Finds) -> tuple[Dot, ...]:
 
 
 def dots(record: Record) -> dict[str, Any]:
-    """All distinct simulations for the map, or as many as it takes: finds, at most half of all, and every n-th of
-    the others.
+    """Return all distinct simulations for the map, or a subset that fits.
+
+    A subset holds finds, at most half of it, and every n-th of the remaining simulations.
     """
     evaluations = record.evaluations
     rows = _shown(evaluations)

@@ -1,1 +1,1 @@
-"""What a terminal shows, drawn with rich: views of findings, and progress while something runs."""
+"""Terminal output, drawn with rich: views of findings, and progress of running work."""

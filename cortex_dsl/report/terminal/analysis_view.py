@@ -1,4 +1,4 @@
-"""What `analyse` and `probability` say: what kinds of failures there are, where, whose fault, how likely."""
+"""Output of `analyse` and `probability`: kinds of failures, their places, responsible actors, and probability."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -57,7 +57,7 @@ from engine.search.insight.sensitivity import Sensitivity, Share
 from engine.search.probability.estimates import JOINT, PARAMS, Probability
 from engine.search.statistics import Interval
 
-# -- what the reference driver makes of the failures: which speak against the ego, and how surely ----------------------
+# -- results of the reference driver: failures of the ego, and their certainty -----------------------------------------
 
 
 def avoidance_view(analysis: Analysis) -> RenderableType:
@@ -79,14 +79,14 @@ def avoidance_view(analysis: Analysis) -> RenderableType:
 
 
 def _lost(avoided: Avoided) -> Iterator[Text]:
-    """How many say more about what the file draws, or about others, than about the ego."""
+    """Yield how many failures are due to random values of the file, or to other actors, more than to the ego."""
     for text in (lost_text(avoided), struck_text(avoided)):
         if text:
             yield Text(text, "warn")
 
 
 def _worst(analysis: Analysis) -> list[RenderableType]:
-    """What is said of each of the worst cases."""
+    """Return a table of the worst cases with their verdicts."""
     rows = [
         (Text(str(case.rank), "quiet"), Text(str(case.score)), Text(closing_text(case.closing_speed)), *_answer(answer))
         for case, answer in zip(analysis.worst, analysis.avoidability, strict=True)
@@ -115,7 +115,7 @@ def _seconds(time: float) -> str:
 # -- the whole of `cortexc analyse` ------------------------------------------------------------------------------------
 
 SHADES = " ·░▒▓█"
-"""Of a cell: nothing ran there, no collision, then ever more collisions."""
+"""Shades of a cell: no run, no collision, then increasing shares of collisions."""
 CHANCE = "chance"
 MARKS = "blank: no simulation; ·: no collision; ░ ▒ ▓ █: more and more collisions"
 INDICES = """\
@@ -179,7 +179,7 @@ def _summary(program: Program, analysis: Analysis) -> list[RenderableType]:
 
 
 def _partners(program: Program, analysis: Analysis) -> list[RenderableType]:
-    """With whom the ego collided, and with whom never."""
+    """Return the actors with which the ego collided, and those with which it never did."""
     text = partners_text(program.actors, analysis.partners) if analysis.valid and analysis.partners.with_ego else ""
     return [Text(f"collisions {text}")] if text else []
 
@@ -192,7 +192,7 @@ SHOWN = 12
 
 
 def _kinds(program: Program, analysis: Analysis) -> RenderableType:
-    """What happened, first the kinds that a competent driver would have avoided."""
+    """Return the table of kinds of failures; first the kinds that a competent driver would have avoided."""
     rows = [
         (
             Text(whole(each.count)),
@@ -207,7 +207,7 @@ def _kinds(program: Program, analysis: Analysis) -> RenderableType:
 
 
 def _clusters(space: ParamSpace, analysis: Analysis) -> RenderableType:
-    """Where in the space of params the failures lie, and how often runs there fail."""
+    """Return the table of failure clusters in the space of params, with the failure rate inside each."""
     rows = [
         (
             Text(whole(len(cluster.rows))),
@@ -261,7 +261,7 @@ def _mark(grid: Grid, i: int, j: int, most: int, width: int) -> tuple[str, str]:
 
 
 def _sensitivity(found: Sensitivity) -> RenderableType:
-    """What each param leaves open, and what it explains alone, of every output that varies."""
+    """Return the total and first-order shares of each param, for every output that varies."""
     outputs = varying(found)
     if not outputs:
         return Text("nothing varies: not one param or choice of the scene matters", "quiet")
@@ -292,7 +292,7 @@ HINT = "--condition joint draws the params again in every attempt"
 
 
 def probability_view(program: Program, found: Probability) -> RenderableType:
-    """The estimate with its interval, what it is conditioned on, and how it was made."""
+    """Return the estimate with its interval, its conditions, and its method."""
     if not found.valid and not found.lost:
         return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
     event = f'that "{found.of}" is broken' if found.of else "of a collision"
@@ -311,7 +311,7 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
 
 
 def _partners_met(program: Program, found: Probability) -> Iterator[Text]:
-    """With whom the ego collided, and with whom never."""
+    """Yield the actors with which the ego collided, and those with which it never did."""
     missing = (0,) * (len(program.actors) - 1 - len(found.by_partner))
     text = partners_text(program.actors, Partners(found.by_partner + missing, found.without_ego))
     if text and found.method == "mc" and not found.of:
@@ -319,7 +319,7 @@ def _partners_met(program: Program, found: Probability) -> Iterator[Text]:
 
 
 def _avoidable(found: Probability) -> Iterator[Text]:
-    """How probable one is that a competent driver avoids."""
+    """Yield the probability of a collision that a competent driver avoids."""
     if not found.driven:
         return
     yield Text.assemble("of a collision that a competent driver avoids (UN R157): ", (avoidable_text(found), "bad"))
@@ -327,12 +327,12 @@ def _avoidable(found: Probability) -> Iterator[Text]:
 
 
 def _given(found: Probability) -> str:
-    """What must be valid: where requirements on the run were broken, or it failed, more than its beginning."""
+    """Return `run` if runs broke requirements or failed, else `scene`: the condition of the estimate."""
     return "run" if found.aborted or found.errors else "scene"
 
 
 def _conditions(found: Probability) -> Iterator[Text]:
-    """What the probability is of, and what it leaves out."""
+    """Yield the conditions of the probability, and the runs that it leaves out."""
     yield Text(how_drawn(found), "quiet")
     if found.condition == PARAMS and found.method == "mc":
         yield Text(HINT, "quiet")

@@ -53,7 +53,7 @@ class Window:
 
 @dataclass
 class Canvas:
-    """Characters under construction. What is drawn later lies on top; a character shows its topmost colour."""
+    """Characters under construction. Later drawings cover earlier ones; a character shows its topmost colour."""
 
     columns: int
     rows: int
@@ -94,7 +94,7 @@ class Canvas:
         return [self._row(row, ascii_only) for row in range(self.rows)]
 
     def cropped(self, *, ascii_only: bool = False) -> list[Text]:
-        """The same without the empty rows above and below what is drawn."""
+        """Return the lines without the empty rows above and below the drawing."""
         rows = [row for row, _ in (*self.dots, *self.marks)]
         return self.lines(ascii_only=ascii_only)[min(rows) : max(rows) + 1] if rows else []
 

@@ -1,4 +1,4 @@
-"""What `--check` says of a file's ranges: which part of each can hold at all, and why."""
+"""Output of `--check` on a file's ranges: the feasible part of each, and the reason."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from engine.program import Program
 
 
 def feasibility_view(program: Program, found: Feasibility) -> RenderableType | None:
-    """A line for each reason that cuts ranges, and one for impossible variants; None where there are none."""
+    """Return a line for each reason that cuts ranges, and one for impossible variants; None without any."""
     lines = _cut_ranges(program, found.cuts)
     rejected = int((program.code.variant_template < 0).sum())
     impossible = int((found.impossible >= 0).sum()) - rejected

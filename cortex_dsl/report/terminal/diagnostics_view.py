@@ -50,7 +50,7 @@ def print_diagnostics(source: Source, diagnostics: Sequence[Diagnostic], console
 
 
 def _drawn(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-    """As many as one would read, errors before all others, in the order of the file."""
+    """Return a readable number of diagnostics, errors first, in the order of the file."""
     if len(diagnostics) <= MOST_DRAWN:
         return diagnostics
     grave = sorted(range(len(diagnostics)), key=lambda index: diagnostics[index].severity is not Severity.ERROR)

@@ -1,4 +1,4 @@
-"""A recording from elsewhere, shown as a run of ours is; and what an export wrote."""
+"""An imported recording, shown like a run of ours, and the files of an export."""
 
 import os
 import re
@@ -75,7 +75,7 @@ def measured_view(report: MeasuredReport, width: int, *, ascii_only: bool = Fals
 
 
 def ending(remarks: Sequence[str], written: Sequence[str], again: str) -> Iterator[RenderableType]:
-    """The last sections of what is said of a recording."""
+    """Yield the last sections of the report on a recording."""
     if remarks:
         yield section("Taken for granted, or left out", remarks_view(remarks))
     if written:
@@ -101,7 +101,7 @@ def _size(recording: Recording) -> str:
 
 
 def _judgement(report: MeasuredReport, *, ascii_only: bool) -> list[RenderableType]:
-    """Metrics and risk of the deciding pair, and what their names mean here."""
+    """Return metrics and risk of the deciding pair, and the meanings of their names here."""
     measured, actors = report.measured, report.cast.actors
     measures = measures_view(measured.metrics, actors, report.pair)
     if not report.paired:
@@ -143,10 +143,10 @@ def remarks_view(remarks: Sequence[str]) -> RenderableType:
     return columns(left(wrap=True), rows=[(line,) for line in lines])
 
 
-# -- what an export wrote: files and sizes, how to open them, what a format cannot carry, what a check found -----------
+# -- files of an export: sizes, commands to open them, limits of the formats, findings of the check --------------------
 
 MOST_FILES = 40
-"""Of a long list, so many are shown."""
+"""Maximum number of files that are shown of a long list."""
 
 
 def export_view(written: Written, how: "ExportOptions") -> RenderableType:
@@ -219,7 +219,7 @@ def _first_files(gathered: Gathered) -> dict[str, str]:
 
 
 def _format_remarks(written: Written) -> RenderableType:
-    """Each sentence once, behind the name of its format; those that differ in numbers only stand for one another."""
+    """Return each remark once, after its format; remarks that differ only in numbers are merged."""
     alike: dict[tuple[str, str], list[tuple[str, Sequence[int]]]] = {}
     for (name, sentence), numbers in sorted(written.gathered.remarks.items(), key=lambda item: item[0][0]):
         key = name, re.sub(r"\d+(\.\d+)?", "#", sentence)
@@ -243,7 +243,7 @@ def _of_which(written: Written, groups: Sequence[Sequence[int]]) -> str:
 
 
 def _check(findings: Sequence[Finding], checked: Mapping[str, str]) -> RenderableType:
-    """What was found, and what was looked at: no finding says no more than that."""
+    """Return the findings of the check and its scope; no finding proves no more than that scope."""
     rows = [(Text(name, "title"), Text(what, "quiet")) for name, what in checked.items()]
     looked_at = columns(left(), left(wrap=True), rows=rows)
     if not findings:

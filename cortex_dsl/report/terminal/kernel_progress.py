@@ -46,7 +46,7 @@ class KernelProgress:
         self.tell()
 
     def tell(self) -> None:
-        """Count what is in the cache by now."""
+        """Count the kernels in the cache."""
         told, self.kernels = self.kernels, count_kernels(self.folder) - self.before
         if self._live is None and self.kernels != told:
             self.console.print(self._line())

@@ -17,19 +17,19 @@ from engine.outcomes import PAIRS, Outcomes
 from engine.risk import BANDS, Edges, RiskProfile
 from engine.vocabulary import Sense
 
-# -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
+# -- measures outside the risk, and the use of wheel and pedals --------------------------------------------------------
 
 SECOND, METRE = "s", "m"
-"""Units of what is the worse the less there is; of all others, what is needed, more is worse."""
+"""Units of metrics for which less is worse; for all other units, which measure a need, more is worse."""
 IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
 def measures_view(
     metrics: Sequence[Metric], actors: Sequence[str], pair: int, unit: SpeedUnit = KM_H
 ) -> RenderableType:
-    """Those of the deciding pair with their meaning, then those of its two actors side by side.
+    """Return the metrics of the deciding pair with their meaning, then those of its two actors side by side.
 
-    Below them stands what those that are no numbers say. Speeds are shown in `unit`.
+    Below them are the meanings of infinite and missing values. Speeds are in `unit`.
     """
     of_pair, of_actors = _shown([_in_unit(metric, unit) for metric in metrics], pair)
     parts: list[RenderableType] = []
@@ -46,7 +46,7 @@ def measures_view(
 
 
 def _note(metrics: Sequence[Metric]) -> str:
-    """What the signs among the values mean, those that are there."""
+    """Return the meanings of the signs that occur among the values."""
     endless = [metric for metric in metrics if metric.value == math.inf]
     needs = dict.fromkeys(metric.name for metric in endless if metric.unit not in (SECOND, METRE))
     signs = (
@@ -113,7 +113,7 @@ def risk_view(score: int, parts: Sequence[float], profile: RiskProfile, *, ascii
 
 
 def _band(edges: Edges, points: int, unit: str) -> str:
-    """Where a metric lies that scores so many points, e.g. `8.2 to 11 m`."""
+    """Return the range of a metric that scores this number of points, e.g. `8.2 to 11 m`."""
     if points >= BANDS:
         return f"below {edges[0]:g} {unit}"
     if points <= 0:
@@ -127,7 +127,7 @@ MEANINGS: Mapping[str, str] = {
     "D_MS": "distance between outlines at MS",
     "TTC_MS": "time to collision at MS: D_MS / MS",
 }
-"""Of the metrics that the score comes from."""
+"""Meanings of the metrics behind the score."""
 
 
 def metrics_view(outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit = KM_H) -> RenderableType:
@@ -149,13 +149,13 @@ def _metric(name: str, number: str, unit: str, meaning: str, time: float) -> tup
     return Text(name, "title"), quantity(number, f"{unit:<4}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")
 
 
-# -- how near the ego came to all others: a line for each pair that did not decide the risk ----------------------------
+# -- distances of the ego to all other actors: a line for each pair that did not decide the risk -----------------------
 
 MOST = 12
 
 
 def further_pairs(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit) -> list[RenderableType]:
-    """A section with a line for each pair beside the deciding one, the nearest first; nothing where there is none."""
+    """Return a section with a line for each pair except the deciding one, the nearest first; empty without any."""
     nearest = [k for k in np.argsort(outcomes.min_distance[0], kind="stable").tolist() if k != pair]
     if not nearest:
         return []
@@ -182,11 +182,11 @@ def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedU
     )
 
 
-# -- what the file expects, and what it lets a search make large or small ----------------------------------------------
+# -- expectations of the file, and objectives of a search --------------------------------------------------------------
 
 
 def objectives_view(found: Sequence[ObjectiveResult]) -> RenderableType:
-    """Name, whether it is kept, and by how much; of a number what it came to."""
+    """Return name, verdict and margin of each expectation; the value of a number."""
     return columns(left(wrap=True), left(), right(), rows=[_objective_row(each) for each in found])
 
 
@@ -223,7 +223,7 @@ def _weighed_row(each: Weighed, unit: SpeedUnit, ascii_only: bool) -> tuple[Rend
 
 
 def _kept_line(each: Weighed) -> Text:
-    """`kept in 312 of 400 runs; least robustness -1.2`."""
+    """Return a line like `kept in 312 of 400 runs; least robustness -1.2`."""
     word = "met" if each.sense is None else "kept"
     if each.kept == each.runs:
         text = Text(f"{word} in all {each.runs:,} runs", "good")
@@ -254,7 +254,7 @@ def _number_line(each: Weighed, unit: SpeedUnit) -> Text:
     return Text.assemble(f"{low} .. {high}", (f" {shown}" if shown else "", "unit"), (f", median {middle}", "quiet"))
 
 
-# -- what the file asks to be recorded: one line a record, a curve where it was kept over time -------------------------
+# -- records of the file: one line a record, a curve if it was recorded over time --------------------------------------
 
 WHEN = {"initial": "at the start", "final": "at the end"}
 LONGEST_CURVE = 40

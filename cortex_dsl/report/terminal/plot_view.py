@@ -1,6 +1,6 @@
-"""What `:plot` draws: a histogram of one thing over many scenes, or two things against each other.
+"""Output of `:plot`: a histogram of one expression over many scenes, or two expressions against each other.
 
-What a scene came to stands in the same picture: the part of a column that collided, a mark for each collision.
+The same picture shows collisions: as part of a column, or as a mark.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -34,7 +34,7 @@ ROWS = 8
 WIDEST = 60
 FEWEST_COLUMNS = 10
 IN_A_COLUMN = 100
-"""Accepted draws that a column should hold, so that what is seen is not chance."""
+"""Accepted draws per column, so that the shape is not due to chance."""
 RUNS_IN_A_COLUMN = 15
 """The same of runs, of which there are fewer."""
 OPTIONS_BAR = 30
@@ -61,7 +61,7 @@ def _title(name: str, unit: str) -> str:
 def distribution_view(
     weighing: "AcceptanceStatistics", gene: int, width: int, *, ascii_only: bool = False
 ) -> RenderableType:
-    """A histogram of what is accepted; dots where it would reach if all draws were."""
+    """Return a histogram of accepted values; dots show its height if all draws were accepted."""
     space = weighing.program.space
     drawn, accepted = weighing.genomes[:, gene], weighing.genomes[weighing.accepted][:, gene]
     note = f"{len(accepted):,} accepted of {counted(len(drawn), 'draw')}"
@@ -99,7 +99,7 @@ def _options(
 
 
 def values_view(shown: Shown, width: int, *, ascii_only: bool = False) -> RenderableType:
-    """Of a number a histogram, of a truth or a choice how often each is the case; what collided stands out."""
+    """Return a histogram of a number, or shares of a truth or choice; collisions are marked."""
     (thing,) = shown.things
     if not len(shown.collided):
         return section(thing.name, Text("no scene is accepted; `:relax` shows why", "warn"), shown.note)
@@ -131,14 +131,14 @@ def _scale(values: "Floats") -> Scale:
 
 
 def _kept(kept: "Bools") -> Text:
-    """Of a formula its Boolean verdict, which decides at 0, too."""
+    """Return a line on the Boolean verdict of a formula, which also decides at robustness 0."""
     if kept.all():
         return Text("it holds in every run", "good")
     return Text.assemble("it holds in ", f"{int(kept.sum()):,} of {len(kept):,} runs", "; below 0 it does not")
 
 
 def _legend(shown: Shown, ascii_only: bool) -> Iterator[tuple[str, str]]:
-    """What the marked part of a column is."""
+    """Yield the legend for the marked part of a column."""
     if shown.ran:
         mark = ("x" if ascii_only else "▓") if shown.collided.any() else ""
         yield f"   {mark} " if mark else "   ", "bad"
@@ -173,9 +173,9 @@ class Columns:
 
     heights: "Floats"
     marked: "Floats | None" = None
-    """The part of each, from its foot, that is told apart."""
+    """Marked part of each column, from its foot."""
     before: "Floats | None" = None
-    """What stood there before; a dot where that is higher."""
+    """Earlier heights; a dot marks a column that was higher."""
 
 
 def _room(width: int) -> int:
@@ -185,7 +185,7 @@ def _room(width: int) -> int:
 def _heights(
     scale: Scale, values: "Sequence[Floats]", room: int, in_a_column: int, of: int | None = None
 ) -> "list[Floats]":
-    """Of several histograms in one: each of shares of its own values, or of so many."""
+    """Return the bar heights of several histograms: shares of `of` values, or of the values of each histogram."""
     fewest = min(len(each) for each in values) if of is None else of
     bins = max(FEWEST_COLUMNS, min(room, fewest // in_a_column))
     edges = _edges(scale.low, scale.high, bins, whole=scale.whole)
@@ -276,7 +276,7 @@ def scatter_view(shown: Shown, width: int, *, ascii_only: bool = False) -> Rende
 
 
 def _scale_of(thing: Plotted, values: "Floats") -> Scale:
-    """That of its numbers, or one place for each option, whose names stand at its ends."""
+    """Return the scale of the numbers, or one place for each option, with names at the ends."""
     if not thing.options:
         return _scale(values)
     last = len(thing.options) - 1
@@ -284,7 +284,7 @@ def _scale_of(thing: Plotted, values: "Floats") -> Scale:
 
 
 def _apart(thing: Plotted, values: "Floats") -> "Floats":
-    """Options beside one another, so that they do not all fall on one line: by the golden ratio, without any chance."""
+    """Spread equal options by the golden ratio, without randomness, so that they do not overlap on one line."""
     return values + ((np.arange(len(values)) * 0.618034) % 1.0 - 0.5) * 0.7 if thing.options else values
 
 

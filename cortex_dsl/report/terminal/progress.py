@@ -41,11 +41,11 @@ class SearchProgress:
     console: Console
     method: str
     total: int
-    """Generations to come in all."""
+    """Number of generations in all."""
     figures: "list[Figures]" = field(default_factory=list)
-    """Of the generations so far; of a run that goes on, those that it had too."""
+    """Figures of the generations so far, including those before a resume."""
     spent: float = 0.0
-    """What they took [s]."""
+    """Time that these generations took [s]."""
     simulations: int = 0
     best: float = math.nan
     interval: float = INTERVAL
@@ -112,7 +112,7 @@ def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> I
 
 
 def progress_line(method: str, done: int, total: int, simulations: int, seconds: float) -> Text:
-    """Return what `progress_view` shows, in one line of plain text."""
+    """Return the content of `progress_view` as one line of plain text."""
     if not done:
         return Text(f"{method}: generation 1 of {total}, {duration(seconds)} so far")
     runs = f", {whole(simulations)} runs" if simulations else ""
@@ -122,7 +122,7 @@ def progress_line(method: str, done: int, total: int, simulations: int, seconds:
 def progress_view(
     method: str, figures: "list[Figures]", total: int, simulations: int, seconds: float, best: float
 ) -> RenderableType:
-    """What is known so far: how far, how fast, how good."""
+    """Return the progress so far: generations, speed, and results."""
     done = len(figures)
     rate = simulations / seconds if seconds > 0 else 0.0
     left_over = seconds / done * (total - done) if done else math.nan
@@ -156,14 +156,14 @@ def _course(figures: "list[Figures]") -> str:
     return sparkline([f.rl for f in figures], CURVE, low=0.0, high=HIGHEST)
 
 
-# -- a study: a bar for every scenario and method, what it found so far, the pace and the time left --------------------
+# -- a study: a bar for every scenario and method, its results so far, the pace and the remaining time -----------------
 
 WIDEST = 14
 """Characters of a bar."""
 CELL_MARGIN = 8
-"""Characters that a cell takes beside its bar."""
+"""Characters of a cell in addition to its bar."""
 FEW = 4
-"""As many methods always stand in columns."""
+"""Number of methods up to which methods are in columns."""
 LINES = 10
 """Lines of progress that a study prints in all where the output is no terminal."""
 
@@ -181,9 +181,9 @@ class StudyProgress:
     found: dict[tuple[int, str], list[int]] = field(default_factory=lambda: defaultdict(list))
     """Colliding genomes of each finished run of a cell."""
     new: int = 0
-    """Runs that this process finished …"""
+    """Number of runs that this process finished."""
     simulations: int = 0
-    """… and their simulations."""
+    """Number of simulations in these runs."""
     started: float = field(default_factory=time.monotonic)
     _live: Live | None = None
 
@@ -207,7 +207,7 @@ class StudyProgress:
             self._live.stop()
 
     def run_done(self, record: "RunRecord") -> None:
-        """One more run is finished and kept."""
+        """Record one finished run."""
         self._keep(record)
         self.new += 1
         self.simulations += record.figures.simulations.runs
@@ -252,7 +252,7 @@ class StudyProgress:
         return Group(self._headline(), columns(*head, rows=rows, header=True), note)
 
     def _cell(self, place: tuple[int, str], width: int) -> Text:
-        """A bar of the runs done, and the median of what they found."""
+        """Return a bar of the finished runs, and the median of their results."""
         found = self.found[place]
         filled = width * len(found) // self.plan.runs
         number = whole(float(np.median(found))) if found else ""

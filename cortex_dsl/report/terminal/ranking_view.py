@@ -34,7 +34,7 @@ def ranking_view(report: RankedReport) -> RenderableType:
 
 
 def overlapping_text(report: RankedReport) -> str:
-    """The pairs that overlap from the start, and what that may be."""
+    """Return the pairs that overlap from the start, and possible reasons."""
     pairs = report.ranked.overlapping
     named = ", ".join(f"{one} and {other}" for one, other in pairs[:MOST_PAIRS])
     more = f" and {len(pairs) - MOST_PAIRS:,} more" if len(pairs) > MOST_PAIRS else ""

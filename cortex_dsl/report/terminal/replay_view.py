@@ -19,7 +19,7 @@ from engine.vocabulary import State
 
 FRAMES_PER_SECOND = 20.0
 PAUSE = 1.0
-"""How long contact is shown before the run goes on [s]."""
+"""Pause at contact before the run continues [s]."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Film:
 
     @staticmethod
     def of(replay: CaseReplay, width: int, height: int, *, ascii_only: bool) -> "Film":
-        """With a drawing that fits a console of this size, whose rows are half its columns less four."""
+        """Return a film with a drawing that fits a console of this size; the rows are half of its columns less four."""
         columns = max(28, min(DRAWING_COLUMNS, width - 4, 2 * (height - 3 + 4)))
         return Film(
             replay, draw_scene(replay.road, replay.trajectory, None, columns, ascii_only=ascii_only), ascii_only
@@ -77,7 +77,7 @@ class Film:
     def _lines(self, place: float) -> Iterator[Text]:
         sample = min(round(place), len(self.replay.trajectory.time) - 1)
         if self.replay.collided and place * self._step <= self.replay.key_time + 1e-9:
-            sample = min(sample, self.replay.trajectory.contact_sample)  # at contact the line says what led to it
+            sample = min(sample, self.replay.trajectory.contact_sample)  # at contact the line shows the preceding value
         line = Text.assemble((f"{place * self._step:6.2f} s  ", "title"))
         for actor, shape in enumerate(self.replay.shapes):
             speed = self.replay.unit.text(float(self.replay.speeds[sample, actor]))
@@ -86,7 +86,7 @@ class Film:
         yield Text(self._event(place, sample), "quiet")
 
     def _event(self, place: float, sample: int) -> str:
-        """How far apart the deciding pair is, or what is shown after contact."""
+        """Return the distance of the deciding pair, or a note after contact."""
         replay = self.replay
         since = place * self._step - replay.key_time
         if replay.collided and since >= -1e-9:
@@ -112,7 +112,7 @@ def play(replay: CaseReplay, console: Console, speed: float = 1.0) -> None:
 
 
 def _times(replay: CaseReplay, speed: float) -> Iterator[float]:
-    """Simulated time of one frame after another, at the speed that was asked for, with a pause at contact."""
+    """Yield the simulated time of each frame at the given speed, with a pause at contact."""
     last, start, paused = float(replay.trajectory.time[-1]), monotonic(), not replay.collided
     pause = 0.0
     while (now := speed * (monotonic() - start - pause)) < last:

@@ -67,14 +67,14 @@ def requirements_view(program: Program, tally: Tally, culprit: int | None = None
     return Group(requirements_table(program, tally, culprit), Text(), culprit_line(program, tally, culprit))
 
 
-# -- which requirement throws attempts away: what each does alone, its nearest miss, what to relax ---------------------
+# -- causes of rejected attempts: each requirement alone, its nearest miss, and a relaxation ---------------------------
 
 MOST_CURES = 3
 """Requirements that are named as cures, and objects that leave the road, at most."""
 
 
 def blame_view(account: "Account") -> RenderableType:
-    """The table of all requirements that ever failed, and what follows from it."""
+    """Return the table of all requirements that failed at least once, and the conclusions."""
     failing = [blame for blame in account.blames if blame.alone < 1.0]
     if not failing:
         return Text("every requirement always held", "quiet")
@@ -101,7 +101,7 @@ def _blame_table(account: "Account", failing: Sequence["Blame"]) -> RenderableTy
 
 
 def _off_road(account: "Account") -> Text | None:
-    """The objects that leave the road, and what lets them."""
+    """Return the objects that leave the road, and the cause."""
     weighing = account.weighing
     if not weighing.off_road:
         return None
@@ -137,7 +137,7 @@ def _cures(account: "Account") -> Text | None:
         return None
     if not account.relaxations:
         if account.conflict is not None and len(account.conflict.requirements) == 1:
-            return None  # that one has no amount, and has been named
+            return None  # it has no amount, and has been named
         return Text(f"no single requirement can be relaxed to accept {percent(target, 2)}")
     text = Text(f"to accept {percent(target, 2)}: ")
     for position, relaxation in enumerate(account.relaxations[:MOST_CURES]):
@@ -168,7 +168,7 @@ def _conflict(account: "Account") -> Text | None:
     return Text.assemble("never together: ", *names, f"; {known}")
 
 
-# -- what one more requirement does: acceptance before and after, and what is left of the params -----------------------
+# -- effect of one more requirement: acceptance before and after, and the remaining params -----------------------------
 
 WEIGHING_BAR = 16
 LEAST_SHRINK = 0.05
@@ -227,7 +227,7 @@ def _weighing_table(
 
 
 def _remains(before: "AcceptanceStatistics | None", after: "AcceptanceStatistics") -> Iterator[Text]:
-    """For each param whose range shrank clearly, what remains of it."""
+    """Yield the remaining range of each param that shrank clearly."""
     space = after.program.space
     rows = after.genomes[after.accepted]
     if len(rows) < FEWEST:
@@ -249,7 +249,7 @@ def _range(values: "Floats") -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-# -- why there is no scene: every requirement with its counts, the params that were tried, and what to do --------------
+# -- reasons without any scene: every requirement with its counts, the params of the attempt, and the cure -------------
 
 REASONS = {
     Verdict.INFEASIBLE: "the requirements contradict each other for these params",
@@ -264,7 +264,7 @@ def exhausted_view(
     genome: Sequence[float],
     account: "Account | None" = None,
 ) -> RenderableType:
-    """What exit code 3 says where nothing could be run; `verdict` is one of `REASONS`."""
+    """Return the report for exit code 3 if nothing could be run; `verdict` is a key of `REASONS`."""
     parts: list[RenderableType] = [Text.assemble(("no valid scene", "bad"), _tried(tally, verdict))]
     if len(tally.tested):
         parts.append(section("Requirements", requirements_view(program, tally), "tested only if the earlier ones held"))

@@ -1,4 +1,4 @@
-"""One run: the drawing, the timeline, the metrics, the risk, what was drawn, and how to see it again."""
+"""One run: the drawing, the timeline, the metrics, the risk, random values, and the command to repeat it."""
 
 from collections.abc import Sequence
 
@@ -36,7 +36,7 @@ KIND_STYLES = {"contact": "bad", "impact": "bad", "closest": "warn", "left_road"
 
 
 def timeline(moments: Sequence[Moment], actors: Sequence[str]) -> RenderableType:
-    """One line a moment: time, who, what."""
+    """Return one line per moment: time, actor, event."""
     rows = []
     for moment in moments:
         who = Text(actors[moment.actor], actor_style(moment.actor)) if moment.actor >= 0 else Text("")
@@ -155,7 +155,7 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
 
 
 def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
-    """Metrics and risk, of the deciding pair where there is one."""
+    """Return metrics and risk, of the deciding pair if there is one."""
     parts: list[RenderableType] = []
     actors = report.program.actors
     if report.outcomes.min_distance.shape[1]:
@@ -169,7 +169,7 @@ def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
 
 
 def choices_view(program: Program, scenes: Scenes) -> RenderableType | None:
-    """What chance chose for row 0 among finitely many; None where there was nothing to choose."""
+    """Return the random finite choices of row 0; None without any."""
     rows = [(Text(name), Text(option)) for name, option in made_choices(program, scenes)]
     return columns(left(), left(wrap=True), rows=rows) if rows else None
 
@@ -189,14 +189,14 @@ def moment_of(outcomes: Outcomes, trajectory: Trajectory, pair: int) -> KeyMomen
         return None
     first, second = outcomes.contact_actors[0].tolist() if contact else (0, pair + 1)
     sample = int(np.argmin(np.abs(trajectory.time - time)))
-    met = [first, second] if second >= 0 else [first]  # a building is nobody
+    met = [first, second] if second >= 0 else [first]  # a building is no actor
     centres = trajectory.states[sample, met][:, [State.X, State.Y]]
     x, y = centres.mean(axis=0)
     return KeyMoment(sample, contact, (float(x), float(y)))
 
 
 def _headline(report: RunReport) -> Text:
-    """What it came to, in one line."""
+    """Return the result of the run in one line."""
     end = end_of(report.program, report.outcomes, 0)
     judged = report.valid and report.outcomes.min_distance.shape[1]
     return Text.assemble(

@@ -1,4 +1,4 @@
-"""Scenes that are drawn: many of them as counts, and what became of them where somebody drove; one from above."""
+"""Sampled scenes: counts of many scenes, endings with an external driver, or one scene from above."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,7 +15,7 @@ from cortex_dsl.report.findings.tally import Tally, blame_note, most_to_blame
 from cortex_dsl.report.terminal.canvas import Canvas
 from cortex_dsl.report.terminal.requirements_view import blame_view, requirements_view
 from cortex_dsl.report.terminal.run_view import choices_view, params_view
-from cortex_dsl.report.terminal.scene_view import BESIDE, DRAWING_COLUMNS, draw_scene
+from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, MIN_WIDTH_SIDE_BY_SIDE, draw_scene
 from cortex_dsl.report.terminal.theme import actor_style, bar, columns, left, right, section, title_of
 from engine.program import Program
 from engine.road.outline import Outline
@@ -67,7 +67,7 @@ def sample_view(
 
 
 def _params_kept(program: Program, tally: Tally) -> list[Text]:
-    """Return what an attempt draws again, and how many draws of the params are hopeless."""
+    """Return lines on the scope of an attempt, and on draws of the params that allow no scene."""
     if not len(program.space):
         return []
     hopeless = int(tally.verdicts[Verdict.INFEASIBLE])
@@ -86,7 +86,7 @@ def verdicts_table(tally: Tally) -> RenderableType:
 
 
 def _shares(total: int, rows: Iterable[tuple[Text, int, str]]) -> RenderableType:
-    """A line for each word with its count, its share and its meaning: for the first, and what occurred of the rest."""
+    """Return a line with count, share and meaning of the first word, and of each other word that occurred."""
     shown = [
         (word, Text(whole(count)), Text(percent(ratio(count, total))), _bar(count, total, word), Text(meaning, "quiet"))
         for number, (word, count, meaning) in enumerate(rows)
@@ -100,7 +100,7 @@ def _bar(count: int, total: int, word: Text) -> Text:
 
 
 def driven_view(runs: DrivenRuns, driver: str) -> RenderableType:
-    """What became of scenes that somebody drove."""
+    """Return the endings of scenes that an external driver drove."""
     rows = ((Text(word, style), runs[ending], meaning) for ending, (word, style, meaning) in ENDINGS.items())
     parts: list[RenderableType] = [_shares(runs.driven, rows)]
     if runs.valid:
@@ -139,7 +139,7 @@ def _found(scenes: Scenes, note: str) -> str:
 
 
 def _beside(drawing: Text, legend: RenderableType, width: int) -> RenderableType:
-    if width < BESIDE:
+    if width < MIN_WIDTH_SIDE_BY_SIDE:
         return Group(drawing, legend)
     table = Table.grid(padding=(0, 3))
     table.add_row(drawing, Group(Text(), legend))

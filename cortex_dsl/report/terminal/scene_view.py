@@ -25,7 +25,7 @@ MARGIN = 7.0
 LANES = 14.0
 """Lanes of one direction are no wider than this together, where the ego's road is looked for [m]."""
 MIN_WIDTH_SIDE_BY_SIDE = 92
-"""Console width from which the legend stands beside the drawing."""
+"""Console width from which the legend is next to the drawing."""
 ARROWS = "→↗↑↖←↙↓↘"
 SIDES = ("right", "up right", "up", "up left", "left", "down left", "down", "down right")
 """Directions in a drawing, from the right anticlockwise."""
@@ -35,12 +35,12 @@ GAPS = ((1, 0), (1, 1), (2, 2), (1, 2), (3, 1), (1, 3))
 
 @dataclass(frozen=True)
 class KeyMoment:
-    """The sample that the drawing shows the actors' outlines at, and what it is."""
+    """The sample at which the drawing shows the actors' outlines, and its kind."""
 
     sample: int
     contact: bool
     point: Point
-    """Where to set the mark."""
+    """Position of the mark."""
 
 
 def scene_view(
@@ -52,7 +52,7 @@ def scene_view(
     *,
     ascii_only: bool,
 ) -> RenderableType:
-    """The drawing with its legend, beside it where there is room."""
+    """Return the drawing with its legend, side by side if the console is wide enough."""
     canvas = draw_scene(road, trajectory, moment, min(DRAWING_COLUMNS, width - 4), ascii_only=ascii_only)
     drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
     legend = _legend(actors, trajectory, canvas, moment, ascii_only=ascii_only)
@@ -93,7 +93,7 @@ def draw_scene(
 
 
 LIGHTS = {"green": ("g", "good"), "yellow": ("y", "warn"), "red": ("r", "bad"), "": ("s", "quiet")}
-"""Mark and style of a line at which traffic waits for a light, by what that shows."""
+"""Mark and style of a stop line of a traffic light, by the colour of the light."""
 
 
 def mark_signals(canvas: Canvas, road: Outline, time: float) -> None:
@@ -117,14 +117,14 @@ def _draw_outline(canvas: Canvas, trajectory: Trajectory, actor: int, sample: in
 
 
 def _way(trajectory: Trajectory, actor: int) -> list[Point]:
-    """Where an actor's centre was while it took part."""
+    """Return the path of an actor's centre while it is present."""
     states = trajectory.states[:, actor]
     present = (states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING]).all(axis=1)
     return _points(states[present][:, [State.X, State.Y]])
 
 
 def _first_seen(trajectory: Trajectory, actor: int) -> str:
-    """What the mark of an actor shows: its start, or where it comes in, and when."""
+    """Return the label of an actor's mark: its start, or the time of its entry."""
     there = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
     if not len(there):
         return "never comes in"
@@ -162,7 +162,7 @@ def _legend(
 
 
 def signal_legend(road: Outline) -> list[RenderableType]:
-    """What the letters on lines say: nothing where no road has a light."""
+    """Return the legend of the letters on lines; empty without traffic lights."""
     if not road.signals:
         return []
     if not road.signals[0].colour(0.0):

@@ -1,4 +1,4 @@
-"""The final report of a search, alone or beside its baseline."""
+"""The final report of a search, alone or compared with its baseline."""
 
 import math
 from collections import Counter
@@ -75,16 +75,14 @@ def comparison_view(program: Program, reports: Sequence[SearchReport], settings:
 
 
 def _loneliness(program: Program) -> list[RenderableType]:
-    """What to say of a search that cannot find anything."""
+    """Return a warning if the ego is the only actor, so that a search cannot find anything."""
     if len(program.actors) > 1:
         return []
     return [Text("  the ego is the only actor, so every risk is 0", "warn")]
 
 
 def headline(program: Program, report: SearchReport) -> Text:
-    """What it came to: what speaks against the ego, and below how often, with whom, what it took, and the paper's
-    count.
-    """
+    """Return the headline: failures of the ego, then their rate, partners, effort, and the paper's count."""
     campaign = report.campaign
     came, found = campaign.failures, campaign.by_simulation
     failed = driver_text(came, campaign.objective)
@@ -199,11 +197,11 @@ RESULTS: Sequence[tuple[str, str]] = (
     ("generations.csv", "RL, NC, MDG, MDEC and NIS of every generation"),
     ("journal.sqlite", "everything, and all that is needed to repeat it"),
 )
-"""What lies in a run directory."""
+"""Files of a run directory."""
 
 
 def results_view(folder: Path) -> RenderableType:
-    """The files of a run directory that are there, and what each is for."""
+    """Return the existing files of a run directory, and the use of each."""
     rows = [(Text(name), Text(meaning, "quiet")) for name, meaning in RESULTS if (folder / name).exists()]
     return columns(left(), left(wrap=True), rows=rows)
 
@@ -277,7 +275,7 @@ def _values(report: SearchReport, field: str) -> list[float]:
 
 
 def failures_line(program: Program, report: SearchReport) -> Text | None:
-    """What to say of runs that the engine could not finish; None where there are none."""
+    """Return a line on runs that the engine could not finish; None without any."""
     campaign = report.campaign
     runs = campaign.evaluations.rollouts
     failed = (runs.verdict == Verdict.ERROR) & (runs.end_reason != EndReason.STUCK)

@@ -1,4 +1,4 @@
-"""What a study came to: the verdict, a table for each scenario, the paper beside it; and the paper's own arithmetic."""
+"""Results of a study: the verdict, a table per scenario, a comparison with the paper, and the paper's arithmetic."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -25,11 +25,11 @@ from engine.study.database import Study
 from engine.study.plan import Plan
 from engine.study.verdict import FAMILIES, RULE, Beside, Findings, RandomRates
 
-# -- beside the paper: its six scenarios, what a random draw comes to, and the table of studies ------------------------
+# -- comparison with the paper: its six scenarios, the rate of random draws, and the table of studies ------------------
 
 
 def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
-    """What the study shows in comparison with the paper."""
+    """Yield the sections that compare the study with the paper."""
     if findings.beside:
         note = "medians of our runs; the paper's one run"
         table = Group(_beside_table(findings.beside, width), Text(), *_lines(findings.beside))
@@ -148,7 +148,7 @@ SHOWN = (
 )
 """Measures of the terminal's tables; the others stand in tests.csv."""
 STACKED = 3
-"""Most methods whose spreads the terminal shows."""
+"""Maximum number of methods with a spread in the terminal."""
 SIDE_BY_SIDE = 98
 """Columns that two methods side by side take."""
 NEEDED = {3: 76, 7: 90}
@@ -294,11 +294,11 @@ def _test(row: Comparison) -> tuple[Text, Text, Text, Text]:
     return Text(p_text(row.p_holm)), Text(row.marks, style), Text(fixed(row.a12, 2), style), Text(interval)
 
 
-# -- what the paper's arithmetic gives when it is done again -----------------------------------------------------------
+# -- results of the paper's arithmetic, repeated -----------------------------------------------------------------------
 
 
 def paper_view(claims: Sequence[Claim], everything: bool) -> RenderableType:
-    """The claims by topic; only those that do not hold, unless everything is asked for."""
+    """Return the claims by topic; only those that do not hold, unless `everything` is set."""
     parts: list[RenderableType] = list(_summary(claims))
     for topic in dict.fromkeys(claim.topic for claim in claims):
         shown = [claim for claim in claims if claim.topic == topic and (everything or not claim.holds)]
@@ -310,7 +310,10 @@ def paper_view(claims: Sequence[Claim], everything: bool) -> RenderableType:
 
 
 def _summary(claims: Sequence[Claim]) -> Iterator[Text]:
-    """What the paper says and what we infer are counted apart: an assumption that fails is one cause, not many."""
+    """Yield the counts of contradictions: statements of the paper, then our inferences by assumption.
+
+    A wrong assumption is one cause for all of its failures.
+    """
     own = said(claims)
     wrong = sum(not claim.holds for claim in own)
     tail = " statements of the paper contradict its own numbers"

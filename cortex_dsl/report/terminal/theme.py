@@ -71,7 +71,7 @@ def indented(body: RenderableType) -> Padding:
 
 
 def columns(*specification: Column, rows: Iterable[Iterable[RenderableType]] = (), header: bool = False) -> Table:
-    """A table without lines. Columns whose header is a number's should be right-aligned."""
+    """Return a table without lines. Columns of numbers should be right-aligned."""
     table = Table(
         *specification,
         box=None,
@@ -148,7 +148,7 @@ def _level(value: float, bottom: float, top: float) -> str:
     return LEVELS[max(0, min(7, int(share * 8)))]
 
 
-# -- what a scenario is called at the top of its report ----------------------------------------------------------------
+# -- title of a scenario's report --------------------------------------------------------------------------------------
 
 
 def title_of(program: Program) -> Text:

@@ -1,4 +1,4 @@
-"""What `cortexc verify --model dynamic` says: which of the worst cases a car with slipping tyres would see, too."""
+"""Output of `cortexc verify --model dynamic`: the worst cases that also occur with slipping tyres."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ from engine.verification import Verified
 
 GAUGE = 8
 WIDE = 96
-"""Columns from which the answer stands beside the drives, not above them."""
+"""Console width [characters] from which the answer is next to the drives, not above them."""
 
 
 def verification_view(
@@ -83,7 +83,7 @@ def _grip(found: Verified) -> tuple[Text, Text]:
 
 
 def _legend(answers: Sequence[Verified]) -> RenderableType:
-    """What the answers that are there mean."""
+    """Return the meanings of the answers that occur."""
     given = {found.answer for found in answers}
     rows = [
         (Text(name, style), Text(text, "quiet")) for answer, (name, style, text) in ANSWERS.items() if answer in given

@@ -1,4 +1,4 @@
-"""The worst cases of a search with their params in the file's own units, and what each gene did."""
+"""The worst cases of a search with their params in the file's own units, and the effect of each gene."""
 
 import math
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
 ALIKE = 0.1
-"""Cases whose values of a gene span less of its range than this count as equal in it."""
+"""Share of a gene's range below which the spread of its values counts as equal."""
 
 
 def worst_table(program: Program, campaign: Campaign, width: int) -> RenderableType:
@@ -48,7 +48,7 @@ def worst_table(program: Program, campaign: Campaign, width: int) -> RenderableT
 
 
 def _blocks(space: ParamSpace, width: int, room: int) -> list[list[int]]:
-    """Genes of each table: as many as fit; the first one has other columns that take `room`."""
+    """Return the genes of each table: as many as fit; the first table has other columns of width `room`."""
     blocks: list[list[int]] = [[]]
     used = room
     for gene in range(len(space)):
@@ -74,7 +74,7 @@ Judged = list[tuple[list[str], list[Text]]]
 
 
 def _judgement(program: Program, campaign: Campaign) -> Judged:
-    """Risk and its parts; and whom the ego hit or came near to, where there is more than one who may be meant."""
+    """Return risk and its parts, and the ego's partner if there are several."""
     worst, runs = campaign.worst, campaign.evaluations.rollouts
     found: Judged = [
         (["risk"], [Text(ABSENT if case.lost else str(case.score)) for case in worst]),
@@ -90,7 +90,7 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
 
 
 def _blame(campaign: Campaign, case: Case) -> Text:
-    """Whether the reference driver avoids a case."""
+    """Return the word for whether the reference driver avoids a case."""
     return Text(*AVOIDABLE[Blame(int(campaign.blame[case.row, case.rollout]))])
 
 
@@ -144,7 +144,7 @@ def gene_header(space: ParamSpace, gene: int) -> list[str]:
 
 
 def common_line(space: ParamSpace, campaign: Campaign) -> RenderableType | None:
-    """What the cases share: the params that lie within a tenth of their range in all of them. None: nothing."""
+    """Return the params that lie within a tenth of their range in all cases; None without any."""
     shared = [text for gene in range(len(space)) if (text := _common(space, campaign, gene))]
     if not shared or len(campaign.worst) < 2:
         return None
@@ -161,7 +161,7 @@ def _common(space: ParamSpace, campaign: Campaign, gene: int) -> str:
 
 
 def worst_files(report: SearchReport) -> RenderableType | None:
-    """Where the concrete scenarios of the worst cases lie; None where there are none."""
+    """Return the places of the concrete scenarios of the worst cases; None without any."""
     if not report.worst_files:
         return None
     first, last = report.worst_files[0], report.worst_files[-1]
@@ -170,7 +170,7 @@ def worst_files(report: SearchReport) -> RenderableType | None:
     return Text.assemble(("again: ", "quiet"), f"cortexc {text}{drives}")
 
 
-# -- the same cases by what they are -----------------------------------------------------------------------------------
+# -- the same cases by kind --------------------------------------------------------------------------------------------
 
 FOUND = """\
 side: of the ego, on which the other was; heading: the other's, seen from
@@ -226,7 +226,7 @@ def _avoidable(answer: Avoidability | None) -> Text:
     return Text.assemble((name, style), (margin, "quiet"))
 
 
-# -- what moving each gene changes, and where in its range the bad cases lie -------------------------------------------
+# -- effect of each gene, and the bad cases in its range ---------------------------------------------------------------
 
 BINS = 16
 BAR = 6
@@ -237,9 +237,9 @@ effect: change of risk in points when this param moves half its range and what
 the file chooses (lanes, routes) stays; in: so many cases could be compared
 trend: rank correlation with {goal}, -1 to +1
 bad cases: where in the range they lie; worst tenth: where 90 % of it lies"""
-"""What the columns mean; fits 80 columns."""
+"""Meanings of the columns; fits 80 columns."""
 FEW = 10
-"""With fewer collisions than this, the riskiest tenth stands for them."""
+"""Number of collisions below which the riskiest tenth replaces them."""
 
 
 def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableType:
@@ -267,14 +267,14 @@ def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableT
 
 
 def effect_note(campaign: Campaign) -> str:
-    """Which cases are the bad ones, for the heading."""
+    """Return the definition of the bad cases, for the heading."""
     found = int(np.count_nonzero(campaign.evaluations.simulated & campaign.evaluations.found))
     bad = f"{found:,} {finds_of(campaign.objective).many}" if found >= FEW else "the worst tenth"
     return f"bad cases: {bad}"
 
 
 def bad_cases(campaign: Campaign) -> NDArray[np.intp]:
-    """Rows of all simulated collisions, or of what else is sought, or of the worst tenth where there are few."""
+    """Return the rows of all simulated collisions, or of finds of another objective; if few, of the worst tenth."""
     evaluations = campaign.evaluations
     found = np.flatnonzero(evaluations.simulated & evaluations.found)
     if len(found) >= FEW:
@@ -313,7 +313,7 @@ def _histogram(space: ParamSpace, gene: int, values: Floats) -> str:
 
 
 def _worst(space: ParamSpace, gene: int, effect: GeneEffect, bad: Floats) -> Text:
-    """Where nine tenths of the worst tenth lie, or the most frequent option."""
+    """Return the range that holds nine tenths of the worst tenth, or the most frequent option."""
     if space.kinds[gene] == GeneKind.INDEX:
         often = int(np.bincount(bad.astype(int)).argmax()) if len(bad) else 0
         return Text(f"mostly {format_gene(space, gene, often)}")

@@ -1,1 +1,1 @@
-"""Statements as what they do: those of the top level, behaviours as acts of the IR, and what is looked at in a run."""
+"""Compilation of statements: top level to effects, behaviours to acts of the IR, conditions to values of a run."""

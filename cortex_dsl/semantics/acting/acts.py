@@ -1,8 +1,8 @@
-"""The statements of behaviours as acts of the IR, `do choose` and `do shuffle` among them: one of several behaviours,
-or all of them in random order.
+"""Compile the statements of behaviours to acts of the IR.
 
-As in Scenic, only options whose guards hold at that moment take part, each as likely as its weight over the sum of all
-that do; where none is left, the run is aborted. Arguments are evaluated once, where the statement starts.
+`do choose` runs one of several behaviours, `do shuffle` all of them in random order. As in Scenic, only options with
+valid guards at that moment take part; the probability of an option is its weight over the sum of the weights. Without a
+valid option the run is aborted. Arguments are evaluated once, at the start of the statement.
 Source: Scenic 3 reference, "do choose", "do shuffle".
 """
 
@@ -13,10 +13,9 @@ from cortex_dsl.semantics.acting import bodies, loops, properties
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler
-from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER, NOT_AN_ACTION, SAME_ACTION
+from cortex_dsl.semantics.errors.names import BARE_EXPRESSION, NOT_ON_FOOT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
-from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION, NOT_ON_FOOT
+from cortex_dsl.semantics.errors.runs import NO_WEIGHT, NOT_A_DRIVER, NOT_AN_ACTION, ONE_OPTION, SAME_ACTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack
@@ -69,7 +68,7 @@ def pick(body: Body, node: nodes.Do) -> ir.Block:
 
 
 def _invocations(body: Body, candidates: Sequence[Candidate]) -> list[Invocation]:
-    """What each option runs; reports the mistakes of all before giving up. It may run more than once, or not at all."""
+    """Return the invocation of each option; report the mistakes of all options before giving up."""
     found = []
     for candidate in candidates:
         try:
@@ -143,7 +142,7 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
 
 
 def _use_of(body: Body, value: Value, span: Span) -> str:
-    """What a line should do with its value."""
+    """Return a hint on how a line should use its value."""
     if isinstance(value, ActionCall):
         return f"an action is taken: write `take {body.ev.file.source.slice(span)}`"
     return "assign it, or remove the line"
@@ -181,7 +180,7 @@ def _until(body: Body, node: nodes.Do, condition: Callable[[], Term]) -> ir.Bloc
 
 
 def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expression) -> Term:
-    """[s], a little less than asked for: sums of steps are not exact."""
+    """Return a duration [s], slightly shorter than the given one, since sums of steps are inexact."""
     ev = body.ev
     value = ev.evaluate(duration)
     if node.in_steps:
@@ -200,7 +199,7 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     for action in node.actions:
         value = body.ev.evaluate(action)
         if plain and not isinstance(value, ActionCall | BuiltinValue):
-            continue  # nothing of the language moves an `Object`: what it takes ends its turn
+            continue  # nothing in the language moves an `Object`: its actions only end its turn
         commands += [_action(body, each, action) for each in (value if isinstance(value, tuple) else (value,))]
     known = [command for command, _ in commands]
     for command in known:
@@ -229,7 +228,7 @@ WALKING = frozenset({"SetWalkingDirectionAction", "SetWalkingSpeedAction"})
 
 
 def _must_be_able(body: Body, action: ActionCall, node: nodes.Expression) -> None:
-    """Refuse the reverse gear to who walks, though to put it out is what they do anyway; and walking to all others."""
+    """Refuse the reverse gear for a pedestrian, unless it is released, and walking for all other actors."""
     actor, off = body.ev.moment.actor, isinstance(action.value, ir.Literal) and not action.value.value
     if actor is None:
         return
@@ -290,7 +289,7 @@ def _if(body: Body, node: nodes.If) -> ir.Block:
 def _branches(
     body: Body, branches: Sequence[tuple[nodes.Expression, tuple[nodes.Statement, ...]]], node: nodes.If
 ) -> ir.Block:
-    """What is decided at compile time leaves no branch behind."""
+    """Return the block of an `if`; a branch whose condition is known at compile time is resolved here."""
     if not branches:
         return body.block(node.otherwise)
     (test, statements), rest = branches[0], branches[1:]
@@ -317,7 +316,7 @@ def _nothing(_body: Body, _node: nodes.Statement) -> ir.Block:
 
 
 def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
-    """The scope check has said already that this statement stands in the wrong place."""
+    """Return nothing: the scope check has reported this misplaced statement."""
     raise Mistake
 
 
@@ -343,4 +342,4 @@ ACTS: Mapping[type, Act] = {
     nodes.Require: _require,
     **dict.fromkeys((*TOP_LEVEL, nodes.Override), _misplaced),
 }  # type: ignore[dict-item]
-"""What each statement of a behaviour does."""
+"""Function that compiles each statement of a behaviour."""

@@ -1,10 +1,10 @@
-"""What a temporal requirement says of the first sample: a scene whose start breaks it is no scene, as in Scenic.
+"""Requirements of temporal formulas on the first sample: as in Scenic, a scene whose start breaks one is rejected.
 
-What the run knows at sample 0 follows from the scene: where everybody stands and how fast, that nobody steers or has a
-pedal down, who sees whom, and that the time is 0. With these in place of what is read from the run, a formula becomes a
-condition of the scene. What does not follow from it (what a behaviour remembers or draws) is unknown, and logic has
-three values (Kleene, "Introduction to Metamathematics", 1952, section 64): of each part both are kept, whether it may
-hold and whether it surely holds, whatever the unknown is and however the run goes on:
+The state at sample 0 follows from the scene: positions and speeds of all actors, steering and pedals at rest,
+visibility, and time 0. With these values in place of the state of the run, a formula becomes a condition of the scene.
+All other values (stored or sampled by a behaviour) are unknown, and logic has three values (Kleene, "Introduction to
+Metamathematics", 1952, section 64): each part has two truths, whether it may hold and whether it certainly holds, for
+every value of the unknown and every course of the run:
 
     always f: may hold where f may          eventually f: surely holds where f does          next f: unknown
     f until g: may hold where f or g may, surely holds where g does
@@ -37,7 +37,7 @@ class _Said(NamedTuple):
 
 
 def require_start(ev: Evaluator, node: nodes.Require, name: str) -> None:
-    """Require of the scene that a temporal requirement, whose atoms are worked out, may still hold at its start."""
+    """Require that a temporal requirement, after evaluation of its atoms, may still hold at the start of the scene."""
     try:
         condition = _Start(ev).of(node.condition).may_hold
     except Mistake:  # a chain of operations as long as there may be: the run decides
@@ -84,7 +84,7 @@ class _Start:
         return first
 
     def _condition(self, condition: Term) -> _Said:
-        """An atom, and what it joins by logic."""
+        """Return the truth values of an atom, or of a logical combination."""
         match condition:
             case Operation(op=Op.AND, arguments=(one, other)):
                 return _and(self._condition(one), self._condition(other))
@@ -127,7 +127,7 @@ class _Start:
         return part
 
     def _compare(self, part: Term, made: Term) -> None:
-        """What is compared keeps its dimension."""
+        """Copy the dimension of a compared part to the comparison that replaces it."""
         if part in self.ev.run.compared:
             self.ev.run.compared.setdefault(made, self.ev.run.compared[part])
 
@@ -141,7 +141,7 @@ def _or(one: _Said, other: _Said) -> _Said:
 
 
 def _states(ev: Evaluator, actor: Actor) -> dict[State, Term]:
-    """What the run knows of an actor at sample 0."""
+    """Return the state values of an actor at sample 0."""
     speed = actor.properties["speed"]
     assert isinstance(speed, Term)
     still = dict.fromkeys((State.STEER, State.ACCELERATION, State.THROTTLE, State.BRAKE), ev.algebra.literal(0.0))
@@ -150,5 +150,5 @@ def _states(ev: Evaluator, actor: Actor) -> dict[State, Term]:
 
 
 def _is_here(actor: Actor) -> bool:
-    """Whether an actor takes part from the start."""
+    """Return whether an actor is present from the start."""
     return actor.scenario is None or actor.scenario.present

@@ -24,9 +24,15 @@ from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.acting.yielding import ever_acts, everything
-from cortex_dsl.semantics.errors.behaviours import IDLE_BEHAVIOUR, NOT_A_BEHAVIOUR, NOT_A_DRIVER, RECURSIVE
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import DO_SEVERAL, LOOKS_ONCE
+from cortex_dsl.semantics.errors.runs import (
+    DO_SEVERAL,
+    IDLE_BEHAVIOUR,
+    LOOKS_ONCE,
+    NOT_A_BEHAVIOUR,
+    NOT_A_DRIVER,
+    RECURSIVE,
+)
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
@@ -77,7 +83,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
 
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
-    """All that an actor does, and what scenarios make it do while they run; None without behaviour."""
+    """Return all acts of an actor, including those that running scenarios assign; None without behaviour."""
     call = actor.properties.get("behavior")
     inliner = Inliner(ev.at_moment(Moment(running=True, actor=actor)), actor)
     block = inliner.started(call) if isinstance(call, BehaviourCall) else None
@@ -106,7 +112,7 @@ def stop(instances: Iterable[Instance | None], span: Span) -> ir.Stop:
 
 @dataclass(frozen=True)
 class Inliner:
-    """Turns calls into acts; `stack` holds what is being inlined. Without an actor, `self` means nothing."""
+    """Inlines calls as acts; `stack` holds the calls that are being inlined. Without an actor, `self` has no value."""
 
     ev: Evaluator
     actor: Actor | None
@@ -114,7 +120,7 @@ class Inliner:
 
     @property
     def owner(self) -> str:
-        """The name of what is being inlined."""
+        """Return the name of the body that is being inlined."""
         return self.stack[-1].node.name
 
     def started(self, call: BehaviourCall) -> ir.Block:
@@ -122,7 +128,7 @@ class Inliner:
         return self.invoke(call, self.ev.moment, at_start=True).block(call.span)
 
     def monitor(self, call: MonitorCall) -> ir.Block:
-        """What a monitor does."""
+        """Return the acts of a monitor."""
         inner = self._in(call.monitor)
         body = Body(inner, self.ev.moment)
         return body.inlined(call, call.monitor.node).block(call.span)
@@ -133,14 +139,14 @@ class Inliner:
         return replace(self, ev=ev, stack=(*self.stack, definition))
 
     def act(self, body: Body, statement: nodes.Statement) -> ir.Block:
-        """What a statement of a body does."""
+        """Return the acts of one statement of a body."""
         return ACTS[type(statement)](body, statement)
 
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
-        """What `do node` runs.
+        """Return the invocation of `do node`.
 
         Raises:
-            Mistake: when the value is no behaviour.
+            Mistake: the value is not a behaviour.
         """
         if self.actor is None:
             raise Mistake  # reported already: there is no actor
@@ -167,12 +173,12 @@ class Inliner:
         return ()
 
     def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
-        """What `do a, b` does."""
+        """Refuse `do a, b` in a behaviour."""
         del body
         raise DO_SEVERAL.mistake(invocations[1].span)
 
     def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
-        """What `terminate` does."""
+        """Return the acts of `terminate`."""
         if self.actor is not None and self.actor.scenario not in (None, body.ev.run.root) and not node.simulation:
             ends = stop((self.actor.scenario,), node.span)
             return (ends, ir.Loop(node.span, body.ev.algebra.truth(True), (ir.Wait(node.span),)))
@@ -193,7 +199,7 @@ class Inliner:
         return Invocation(prologue, acts)
 
     def _inner(self, moment: Moment, at_start: bool, call: BehaviourCall) -> ir.Block:
-        """A behaviour that one of the library runs."""
+        """Inline a behaviour that a library behaviour runs."""
         return self.invoke(call, moment, at_start=at_start).block(call.span)
 
     def _check_cycle(self, behaviour: BehaviourValue, span: Span) -> None:
@@ -204,7 +210,7 @@ class Inliner:
 
 
 def _settled(ev: Evaluator, call: BehaviourCall) -> tuple[ir.Block, BehaviourCall]:
-    """A call whose arguments keep the values that they have when it starts."""
+    """Return a call with arguments fixed at their values at its start."""
     acts: list[ir.Act] = []
     arguments = {name: snapshot(ev, value, call.spans[name], acts) for name, value in call.arguments.items()}
     return tuple(acts), replace(call, arguments=arguments)
@@ -221,7 +227,7 @@ def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:
 
 
 def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:
-    """What a monitor does; warns of one that looks at the first sample only."""
+    """Return the acts of a monitor; warn if it looks at the first sample only."""
     block = Inliner(ev.at_moment(moment), None).monitor(call)
     if not any(isinstance(act, ir.Wait | ir.Loop) for act in everything(block)):
         ev.report(LOOKS_ONCE.at(call.monitor.node.name_span, name=call.name))

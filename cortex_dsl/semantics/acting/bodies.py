@@ -1,11 +1,13 @@
-"""The statements of one behaviour, monitor or `compose`, with its names: from text to acts; and the conditions that
-abort a run, guards of behaviours and `require` in behaviours and monitors.
+"""Compile the statements of one behaviour, monitor or `compose`, with its names, to acts.
 
-Numbers that a body assigns live in locals; lanes, objects and other things are bound at compile time and cannot change
+The module also contains the conditions that abort a run: guards of behaviours, and `require` in behaviours and
+monitors.
+
+Numbers that a body assigns are in locals; lanes, objects and other values are bound at compile time and cannot change
 during the run.
 
 As in Scenic, preconditions are tested when a behaviour starts, and invariants then and in every sample in which the
-behaviour itself goes on: not while something that it `do`es is running, but again when that has ended.
+behaviour itself continues: not while a `do` is running, but again when that has ended.
 Source: Scenic 3 reference, "Behavior Definition".
 """
 
@@ -15,9 +17,8 @@ from typing import Protocol
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.behaviours import DIMENSION_CHANGES, OBJECT_CHANGES
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import GUARD_NEVER
+from cortex_dsl.semantics.errors.runs import DIMENSION_CHANGES, GUARD_NEVER, OBJECT_CHANGES
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
@@ -74,7 +75,7 @@ def abort_rule(ev: Evaluator, span: Span, name: str) -> int:
 def demand(
     ev: Evaluator, node: nodes.Require | nodes.Assert, holds: Term, owner: str, probability: float = 1.0
 ) -> ir.Block:
-    """`require` or `assert` in a behaviour or a monitor; the coin of a soft one is tossed each time."""
+    """Compile `require` or `assert` in a behaviour or monitor; a soft requirement is sampled at each evaluation."""
     if probability < 1.0:
         spared = probability <= ev.algebra.random()
         holds = spared | holds
@@ -85,7 +86,7 @@ def demand(
     return (ir.Demand(node.span, holds, abort_rule(ev, node.span, name)),)
 
 
-# -- values kept as they are now ---------------------------------------------------------------------------------------
+# -- stored values ----------------------------------------------------------------------------------------------------
 
 
 def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Value:
@@ -117,7 +118,11 @@ def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Val
 
 
 def of_same_dimension(name: str, before: Value, value: Value, span: Span) -> Quantity | Truth:
-    """What a variable may become, which measures one thing throughout."""
+    """Return the new value of a variable if it has the kind and dimension of the value before.
+
+    Raises:
+        Mistake: kind or dimension differ; a missing dimension fits every dimension.
+    """
     if isinstance(before, Truth) and isinstance(value, Truth):
         return value
     if isinstance(before, Quantity) and isinstance(value, Quantity):
@@ -140,7 +145,7 @@ Guards = tuple[tuple[Term, int], ...]
 
 @frozen
 class Invocation:
-    """Something that `do` may run: what is worked out first, what must hold for it to start, and its acts."""
+    """An operand of `do`: acts to evaluate it, conditions for its start, and its acts."""
 
     prologue: ir.Block
     acts: ir.Block
@@ -154,7 +159,7 @@ class Invocation:
         return (*self.prologue, *demands, *self.acts)
 
     def allowed(self, ev: Evaluator) -> Term:
-        """Whether it could start now, its arguments being worked out."""
+        """Return whether it could start now, with its present arguments."""
         result: Term = ev.algebra.truth(True)
         for holds, _ in (*self.preconditions, *self.invariants):
             result = result & holds
@@ -162,7 +167,7 @@ class Invocation:
 
 
 class Invoker(Protocol):
-    """What a body asks about all that is not its own."""
+    """Interface of a body to everything outside it."""
 
     @property
     def ev(self) -> Evaluator:
@@ -171,19 +176,19 @@ class Invoker(Protocol):
 
     @property
     def owner(self) -> str:
-        """The name of what is being inlined."""
+        """Return the name of the body that is being inlined."""
         ...
 
     def act(self, body: "Body", statement: nodes.Statement) -> ir.Block:
-        """What a statement of a body does."""
+        """Return the acts of one statement of a body."""
         ...
 
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
-        """What `do node` runs."""
+        """Return the invocation of `do node`."""
         ...
 
     def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
-        """What `do a, b` does."""
+        """Return the acts of `do a, b`."""
         ...
 
     def mark(self) -> int:
@@ -195,7 +200,7 @@ class Invoker(Protocol):
         ...
 
     def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
-        """What `terminate` does."""
+        """Return the acts of `terminate`."""
         ...
 
 
@@ -267,7 +272,7 @@ class Body:
             self.variables[parameter.name] = Variable(None, self.depth)
 
     def returned(self, span: Span) -> ir.Block:
-        """What a handler begins with: the body itself goes on, whatever was running."""
+        """Return the acts at the start of a handler: the body resumes there, so its invariants must hold."""
         return tuple(ir.Demand(span, holds, rule) for holds, rule in self.invariants)
 
     # -- blocks ------------------------------------------------------------------------------------------------------
@@ -288,7 +293,7 @@ class Body:
         except Mistake as mistake:
             self.ev.report(mistake)
             self._poison(statement)
-            # Stands for what could not be understood, so that nothing is said to never act.
+            # Replaces an erroneous statement, so that its body does not count as one that never acts.
             return (ir.Wait(statement.span),)
 
     def _poison(self, statement: nodes.Statement) -> None:
@@ -337,9 +342,9 @@ class Body:
         return (ir.SetLocal(span, known.local, value.expr),)
 
     def invocation(self, node: nodes.Expression) -> Invocation:
-        """What `do node` runs."""
+        """Return the invocation of `do node`."""
         return self.inliner.invocation(self.ev.evaluate(node), node, self.moment)
 
     def option(self, value: Value, node: nodes.Expression) -> Invocation:
-        """What `do choose` runs if it takes this value."""
+        """Return the invocation that `do choose` runs if it selects this value."""
         return self.inliner.invocation(value, node, self.moment)

@@ -1,17 +1,18 @@
-"""The library's emergency brake, and what all who brake for others share: whom to wait for, and until when.
+"""The library's emergency brake, and the shared decisions of all braking drivers: for which actors to wait, and how
+long.
 
-The emergency brake acts on the ways that both go, as `foreseeing` tells them; with `foresees=False` on time to
+The emergency brake acts on conflicts of ways, as `foreseeing` predicts them; with `foresees=False` on time to
 collision, exact for the outlines, at constant velocities. The default threshold of both is that of UN Regulation 157
 (automated lane keeping), paragraph 5.2.5.2, for when a collision with a vehicle that cuts in must be avoided:
 
     TTC < v_rel / (2 * 6 m/s^2) + 0.35 s
 
 the time that a steady 6 m/s^2 takes away from the relative speed while closing half as fast on average, and 0.35 s
-before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two in one lane and
-larger, so earlier, for those who cross. Braking for an actor that is ahead on the way goes on until that one has left
-the way, is faster, or the actor stands; it then holds. `min_speed` and `max_speed` are conditions to begin: a brake
-that ended above standstill and could not begin again would let its vehicle roll into what it has braked for. Other
-braking ends where nothing would be hit within 4 s, the time to collision that parts safe from uncomfortable driving
+before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two actors in one
+lane and larger, so earlier, for crossing actors. Braking for an actor ahead on the way lasts until that actor has left
+the way or is faster, or until the braking actor stands; it then holds. `min_speed` and `max_speed` are conditions to
+begin: a brake that ended above standstill and could not begin again would let its vehicle roll into the obstacle. Other
+braking ends if nothing would be hit within 4 s, the time to collision that separates safe from uncomfortable driving
 (Hirst and Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it also holds
 while an actor is close ahead in the lane or intersection.
 """
@@ -47,9 +48,9 @@ REFERENCE_DELAY = 0.35
 CLEAR = 4.0
 """Time to collision above which braking ends [s]."""
 MARGIN = 0.3
-"""Two who are in the area so shortly after one another count as being there at a time [s]; *ours*."""
+"""Time between two actors in the area below which they count as being there together [s]; *ours*."""
 RESUMED = 5.0
-"""Speed that a driver at rest is taken to go on with [m/s]; *ours*."""
+"""Assumed speed of a driver at rest that drives on [m/s]; *ours*."""
 STANDSTILL = 0.01
 """[m/s]"""
 HOLD_GAP = 3.0
@@ -57,10 +58,10 @@ HOLD_GAP = 3.0
 
 
 def inner_acts(job: Job) -> ir.Block:
-    """What the behaviour that is given does.
+    """Return the acts of the argument `behavior`.
 
     Raises:
-        Mistake: it is none.
+        Mistake: the argument is not a behaviour.
     """
     span = job.call.spans["behavior"]
     call = as_behaviour(job.given("behavior"), span)
@@ -73,7 +74,7 @@ def inner_acts(job: Job) -> ir.Block:
 
 
 def emergency_brake(job: Job) -> ir.Block:
-    """Another behaviour; full brakes while a collision is close, until it is not or the actor stands."""
+    """Run another behaviour; brake fully from the start of a close collision until it is over or the actor stands."""
     if job.flag("foresees", default=True):
         return _brake_for_ways(job)
     on = _on_collision_course(job) | blocked(job)
@@ -81,7 +82,7 @@ def emergency_brake(job: Job) -> ir.Block:
 
 
 def _brake_for_ways(job: Job) -> ir.Block:
-    """The limits of speed are conditions to begin: for whom the brake has acted, it acts again at any speed."""
+    """Brake for conflicts of ways; speed limits apply to the first braking for an actor, not to later braking."""
     span, any_of, sight, partners = job.call.span, job.ev.algebra.any_of, Sight.of(job), others(job.ev, job.actor)
     conflicts = [_now(job, each, sight) for each in partners]
     pairs = list(zip(partners, conflicts, strict=True))
@@ -98,19 +99,19 @@ def _brake_for_ways(job: Job) -> ir.Block:
 
 @frozen
 class Targets:
-    """For whom of the others braking has begun, and who is on the way since: a local for each.
+    """Actors for which braking has begun and that have been on the way since: a local for each.
 
-    Braking for them lasts to standstill, which is then held: who ends it earlier may be too late, or too slow, to
+    Braking for them lasts to standstill, which is then held: after an earlier end, it may be too late or too slow to
     begin again.
     """
 
     acted: tuple[Term, ...]
     forget: ir.Block
-    """Acts that forget all, …"""
+    """Acts that forget all of them."""
     note: ir.Block
-    """… that learn of the moment, …"""
+    """Acts that update them."""
     gone: tuple[Term, ir.Block]
-    """… and a handler for when one of them has left the way."""
+    """Condition that one of them has left the way, and its handler."""
 
     @staticmethod
     def of(job: Job, close: Sequence[Term], on_way: Sequence[Term]) -> "Targets":
@@ -125,7 +126,7 @@ class Targets:
         return Targets(acted, forget, note, (algebra.any_of([was & ~on for _, was, _, on in rows]), note))
 
     def block(self, job: Job, pairs: Iterable[tuple[Actor, Conflict]]) -> Term:
-        """Whether one of them is ahead on the way and no faster."""
+        """Return whether one of them is ahead on the way and no faster."""
         return job.ev.algebra.any_of(
             [
                 acted & _is_before(job, other, conflict)
@@ -135,13 +136,13 @@ class Targets:
 
 
 def _is_before(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """Whether another is on the way, ahead or oncoming, and goes away no faster than the actor follows."""
+    """Return whether another actor on the way, ahead or oncoming, moves away no faster than the actor follows."""
     before = is_present(job.ev, other) & conflict.exists & (conflict.is_ahead | conflict.comes)
     return before & (closing_speed(job, other, conflict) > -STANDSTILL)
 
 
 def _on_collision_course(job: Job) -> Term:
-    """Whether something would be hit soon, and no later than where braking begins."""
+    """Return whether a collision is due soon, and no later than the time at which braking begins."""
     soon = maximum(CLEAR, job.number("threshold")) if job.given("threshold") is not None else CLEAR
     return moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < soon)
 
@@ -163,7 +164,7 @@ def _within_reference(job: Job, other: Actor) -> Term:
 
 
 def _works(job: Job) -> Term:
-    """Whether the actor is in the range of speeds in which its brake begins to act."""
+    """Return whether the actor is in the range of speeds in which its brake begins to act."""
     speed = job.speed()
     return (speed >= job.number("min_speed", 0.0)) & (speed <= job.number("max_speed", math.inf))
 
@@ -174,8 +175,9 @@ def _now(job: Job, other: Actor, sight: Sight) -> Conflict:
 
 
 def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """Whether it is time to brake for another: where ways cross, as long as one can stop before the area, or passes
-    behind; in one lane by time to collision.
+    """Return whether it is time to brake for another actor.
+
+    At a crossing: while the actor can stop before the area or pass behind. In one lane: by time to collision.
     """
     speed, closing = job.speed(), closing_speed(job, other, conflict)
     braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
@@ -195,7 +197,7 @@ def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 
 def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
-    """Whether to go on braking, or to wait."""
+    """Return whether to continue braking, or to wait."""
     conflict = _going_on(job, other, sight)
     inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)
     closes = conflict.enter < closing_speed(job, other, conflict) * CLEAR
@@ -204,12 +206,12 @@ def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
 
 
 def waits(job: Job, other: Actor, sight: Sight) -> Term:
-    """Whether to wait before an area until one who drives on is through before another."""
+    """Return whether to wait before an area until another actor has passed."""
     return is_present(job.ev, other) & _awaited(job, _going_on(job, other, sight))
 
 
 def _going_on(job: Job, other: Actor, sight: Sight) -> Conflict:
-    """What is foreseen of one who takes its foot off the brake."""
+    """Return the conflict that is foreseen if the actor releases the brake and drives on."""
     return foreseen(job, -1.0, other, sight, maximum(job.speed(), RESUMED), throttle(job))
 
 
@@ -225,7 +227,7 @@ def closing_speed(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 
 def blocked(job: Job) -> Term:
-    """Return whether the actor stands close behind another."""
+    """Return whether the actor stands close behind another actor."""
     close = job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
     return ~moves(job) & close
 
@@ -255,7 +257,11 @@ def _relative_speed(job: Job, other: Actor) -> Term:
 
 
 def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
-    """Of the rear axle, along the heading; somebody whom a third may strike can slide across it."""
+    """Return the velocity (x, y) of the rear axle [m/s].
+
+    It points along the heading, except for another actor among three or more: an impact can make that actor slide
+    sideways.
+    """
     if actor is not job.actor and len(others(job.ev, job.actor)) > 1:
         x, y, _ = job.ev.algebra.velocity(actor.index)
         return x, y

@@ -1,10 +1,10 @@
-"""Library behaviours that heed others: giving way at an intersection, and people on foot who cross another's way.
+"""Library behaviours that react to other actors: giving way at an intersection, and crossing pedestrians.
 
-Nobody acts on who is hidden behind others or buildings. Heads turn, so drivers notice in all directions,
-as far as the weather lets anybody see.
+No driver reacts to an actor hidden behind actors or buildings. Heads turn, so drivers notice in all directions, within
+the visibility of the weather.
 
-Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. Who conflicts is a
-matter of the road network (`engine.road.linking`). A vehicle is waited for while it would come into the way within the
+Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. The road network
+defines conflicts (`engine.road.linking`). The driver waits for a vehicle that would come into the way within the
 critical gap at its present speed, or is in the way already. Critical gaps by maneuver are the base values of the
 Highway Capacity Manual (2000), exhibit 17-5, two-lane major street: the turn across oncoming traffic 4.1 s, the near
 turn 6.2 s, straight across 6.5 s.
@@ -16,7 +16,7 @@ from itertools import accumulate
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import follow_lane
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.errors.behaviours import NO_INTERSECTION
+from cortex_dsl.semantics.errors.runs import NO_INTERSECTION
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES, actor_of
 from cortex_dsl.semantics.evaluation.geometry import (
@@ -87,7 +87,7 @@ def _entries(way: Trajectory) -> list[tuple[float, Maneuver]]:
 
 
 def _may_wait(maneuver: Maneuver) -> bool:
-    """Whether there may be somebody to wait for; signs of a roundabout say that for some there never is."""
+    """Return whether there may be traffic to wait for; signs of a roundabout rule it out for some maneuvers."""
     return maneuver.intersection.network.links.gives_way is None or bool(maneuver.gives_way_to)
 
 
@@ -102,7 +102,7 @@ def _half_length(actor: Actor) -> Term:
 
 
 def _must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
-    """Return whether the actor must wait for another; never where it could no longer stop."""
+    """Return whether the actor must wait for another actor; False if it can no longer stop."""
     speed = job.speed()
     energy = 0.5 * (speed * speed)
     can_stop = energy <= size_of(job.actor, "maxBraking") * room
@@ -137,15 +137,17 @@ def _in_the_way(job: Job, other: Actor, places: tuple[Window, ...], gap: Term) -
     return ev.algebra.all_of((is_present(ev, other), soon, not_past, unhidden(ev, job.actor, other)))
 
 
-# -- people on foot, and others who cross another's way ----------------------------------------------------------------
+# -- pedestrians, and actors that cross the way of others --------------------------------------------------------------
 
 WALKING_SPEED = 0.5
 CROSSING_SPEED = 1.0
 CROSSING_THRESHOLD = 10.0
 """Defaults of the behaviours of the same names in Scenic's CARLA model [m/s, m]."""
 ABREAST = 0.01
-"""Whoever has less than this left to the other's way counts as there [m]: of two exactly abreast it is 0 but for
-rounding, and its inverse is a speed."""
+"""Distance to the other actor's way below which an actor counts as abreast [m].
+
+Exactly abreast it is 0 but for rounding, and its inverse gives a speed.
+"""
 
 
 def walk_forward(job: Job) -> ir.Block:
@@ -154,10 +156,10 @@ def walk_forward(job: Job) -> ir.Block:
 
 
 def cross(job: Job) -> ir.Block:
-    """Wait until the other is near; go so fast as to meet it where the ways cross, until it has passed; go on.
+    """Wait until the other actor is near; meet it where the ways cross; walk on after it has passed.
 
-    With the other's place as origin, y ahead of it and x across, the walker has |x| to go while the other has y, so it
-    takes |x| v / y, at least `min_speed`.
+    In the frame of the other actor, y is ahead and x across: the walker has |x| to go while the other has y, so its
+    speed is |x| v / y, at least `min_speed`.
     """
     other = actor_of(Given(job.given("reference_actor"), job.call.spans["reference_actor"]), "`reference_actor`")
     least = job.number("min_speed", CROSSING_SPEED)
@@ -176,7 +178,7 @@ def cross(job: Job) -> ir.Block:
 
 
 def _seen_from(job: Job, other: Actor) -> tuple[Term, Term]:
-    """How far ahead of the other, and to its left, the actor is [m]."""
+    """Return the position of the actor in the frame of the other actor: ahead and to the left [m]."""
     here, there = current_pose(job.ev, job.actor), current_pose(job.ev, other)
     dx, dy = here.x - there.x, here.y - there.y
     c, s = cos(there.heading), sin(there.heading)

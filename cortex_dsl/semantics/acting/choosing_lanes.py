@@ -1,18 +1,19 @@
-"""The library's driver who chooses its lane: behind others the Intelligent Driver Model, to another lane by MOBIL.
+"""The library's driver with lane choice: the Intelligent Driver Model within a lane, MOBIL for lane changes.
 
 Kesting, Treiber and Helbing (2007), "General lane-changing model MOBIL for car-following models", Transportation
-Research Record 1999, 86-94, equations 2 and 3, with symmetric rules. It changes where whoever is then behind it brakes
-by no more than `safe_deceleration`, and where its own gain, and `politeness` times the gain of both who are then and
-now behind it, are more than `advantage`:
+Research Record 1999, 86-94, equations 2 and 3, with symmetric rules. The driver changes lanes if the new follower
+brakes by no more than `safe_deceleration`, and if its own gain, plus `politeness` times the gain of the new and the old
+follower, exceeds `advantage`:
 
     a_c' - a_c + p (a_n' - a_n + a_o' - a_o) > advantage        a_n' > -safe_deceleration
 
-Accelerations are those of the Intelligent Driver Model, also of the others, who are taken to drive by its parameters
-and to want to go as fast as it does, or as they do now. It changes to lanes of its own direction.
+Accelerations are those of the Intelligent Driver Model, also for the other drivers; their assumed parameters are those
+of this driver, their desired speed is the greater of its desired speed and their present speed. It changes to lanes of
+its own direction.
 
-A lane that ends beside another one that goes on, as that of an on-ramp, is to its driver one at whose end somebody
-stands: braking for that one makes the change worth while, and where there is no gap the driver waits there (Treiber and
-Kesting, "Traffic Flow Dynamics", 2013, chapter 14, on mandatory changes).
+An ending lane next to a continuing lane, such as that of an on-ramp, counts as having a standing actor at its end:
+braking for that actor makes the change worthwhile, and without a gap the driver waits there (Treiber and Kesting,
+"Traffic Flow Dynamics", 2013, chapter 14, on mandatory changes).
 """
 
 import math
@@ -51,7 +52,7 @@ POLITENESS = 0.2
 ADVANTAGE = 0.1
 SAFE_DECELERATION = 4.0
 STAY, LEFT, RIGHT = -1.0, 1.0, 2.0
-"""What is chosen."""
+"""Choices of a lane."""
 
 
 @frozen
@@ -60,17 +61,17 @@ class _Lane:
 
     path: Term
     gap: Term
-    """To who is ahead [m] …"""
+    """Gap to the actor ahead [m]."""
     lead: Term
-    """… and how fast that goes [m/s]."""
+    """Speed of the actor ahead [m/s]."""
     behind: Term
-    """From who is behind [m]; infinite of nobody …"""
+    """Gap to the actor behind [m]; infinite without such an actor."""
     speed: Term
-    """… and how fast that goes [m/s]."""
+    """Speed of the actor behind [m/s]."""
 
 
 def choose_lane(job: Job) -> ir.Block:
-    """Follow a lane behind whoever is ahead, and move over to another where that is better."""
+    """Follow a lane behind the actor ahead, and change to a better lane."""
     job.must_steer()
     algebra, span = job.ev.algebra, job.call.span
     choice = job.ev.run.new_local()
@@ -107,7 +108,7 @@ def _route(job: Job, lane: Term) -> Term:
 
 
 def _beside(job: Job, lane: Term, find: Callable[[Lane], Lane | None]) -> Term:
-    """The lane beside a lane that leads the same way; -1: there is none."""
+    """Return the neighbouring lane that leads the same way; -1 without one."""
     lanes = [(each, find(each)) for each in network_of(job.ev).lanes]
     same = [NOBODY if other is None or other.forward != each.forward else float(other.id) for each, other in lanes]
     return looked_up(job.ev, lane, same)
@@ -137,7 +138,7 @@ def _lane(job: Job, path: Term, lane: Term) -> _Lane:
 
 
 def _ahead(job: Job, path: Term, lane: Term) -> tuple[Term, Term]:
-    """Gap to who is ahead on the path of a lane and how fast that goes; the end of a lane that ends stands there."""
+    """Return gap and speed of the actor ahead on a lane's path [m, m/s]; an ending lane ends in a standing actor."""
     gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
     ends = all_left_by(network_of(job.ev))
     if min(ends) == math.inf:
@@ -149,7 +150,7 @@ def _ahead(job: Job, path: Term, lane: Term) -> tuple[Term, Term]:
 
 
 def _distance_behind(job: Job, path: Term, other: Actor) -> Term:
-    """From another's front to my rear along a lane [m]; infinite of who is not behind me in it, or not seen."""
+    """Return the distance from another actor's front to my rear along a lane [m]; infinite if unseen or not behind."""
     ev = job.ev
     here, there = current_pose(ev, job.actor), current_pose(ev, other)
     wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
@@ -161,7 +162,7 @@ def _distance_behind(job: Job, path: Term, other: Actor) -> Term:
 
 
 def _is_better(job: Job, now: _Lane, then: _Lane) -> Term:
-    """Whether another lane is safe, and worth it."""
+    """Return whether a lane change is safe and worthwhile."""
     speed, pair = job.speed(), _pair(job)
     target = job.target_speed()
 

@@ -1,7 +1,7 @@
-"""Requirements that hold what is drawn within its domain: no negative length, no speed below 0.
+"""Requirements that keep random values within their domain: no negative length, no speed below 0.
 
-A number that can be bounded is checked where it is given (`ranges.within`). What has no bound, such as the value of a
-`Normal`, is checked in every scene that is drawn.
+A number with bounds is checked where it is given (`ranges.within`). A number without bounds, such as the value of a
+`Normal`, is checked in every sampled scene.
 """
 
 from collections.abc import Iterable, Iterator
@@ -16,7 +16,7 @@ from cortex_dsl.source import Span
 
 
 def require_domains(ev: Evaluator, actors: Iterable[Actor]) -> None:
-    """Require of the scene that what has no bound lies in its domain."""
+    """Require of the scene that unbounded values lie in their domain."""
     found = [*_of_environment(ev)]
     for actor in actors:
         found.extend(_of_actor(ev, actor))
@@ -46,7 +46,7 @@ def _of_actor(ev: Evaluator, actor: Actor) -> Iterator[_Found]:
 
 
 def _below_top(ev: Evaluator, actor: Actor, speed: Term, condition: Term | None) -> Term | None:
-    """With the top speed, where that may be less: one that is drawn, or that another scenario has overridden."""
+    """Add the top speed to a condition if it may be less: it is random, or another scenario overrides it."""
     top = actor.properties["topSpeed"]
     assert isinstance(top, Term)
     if ev.interval(speed)[1] <= ev.interval(top)[0] * (1.0 + ROUNDING):

@@ -1,14 +1,14 @@
-"""`ExternalBehavior`: an actor that a controller drives, which is named when the file is run and never by the file.
+"""`ExternalBehavior`: an actor with an external controller, which is named when the file is run and never by the file.
 
-At each turn the actor takes what the controller has decided: pedals and steering, or a target speed and an offset from
-its path. It does so where the behaviour stands, so that a `try` may put a brake above a policy. The behaviour ends with
+At each turn the actor applies the decision of the controller: pedals and steering, or a target speed and an offset from
+its path. The behaviour is an ordinary one, so a `try` may give a brake precedence over a policy. It ends at the end of
 the path.
 """
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import path_to_follow
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.errors.behaviours import CONTROLLED_TWICE, NOT_A_DRIVER
+from cortex_dsl.semantics.errors.runs import CONTROLLED_TWICE, NOT_A_DRIVER
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
 from cortex_dsl.semantics.model.values import Quantity
@@ -22,13 +22,13 @@ from engine.vocabulary import ActorKind, Command
 
 PEDALS, SPEED = "pedals", "speed"
 WIDEST = 10.0
-"""How far beside its path an actor may be asked to drive [m]."""
+"""Largest offset from its path that an actor accepts [m]."""
 ARRIVED = 1e-6
 """[m]"""
 
 
 def drive_from_outside(job: Job) -> ir.Block:
-    """What a controller decides, until the path ends."""
+    """Return the acts of an external controller, until the path ends."""
     if job.actor.kind is ActorKind.OBSTACLE:
         raise NOT_A_DRIVER.mistake(job.call.span, behaviour=job.call.name, actual=kind_name(job.actor))
     acts, path = path_to_follow(job)
@@ -57,7 +57,7 @@ def _decided(job: Job, number: int) -> Term:
     return job.ev.algebra.decided_outside(number)
 
 
-# -- who decides what --------------------------------------------------------------------------------------------------
+# -- decisions ---------------------------------------------------------------------------------------------------------
 
 
 def _controlled(job: Job, actions: tuple[Action, ...]) -> int:
@@ -88,7 +88,7 @@ def _time(job: Job, name: str) -> float:
 
 
 def _word(job: Job, name: str, default: str, words: tuple[str, ...] = ()) -> str:
-    """A text in quotes, one of `words` where there are some."""
+    """Return a quoted text; if `words` is not empty, one of `words`."""
     value = job.given(name)
     if value is None:
         return default

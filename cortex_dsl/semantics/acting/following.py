@@ -21,7 +21,7 @@ curve's own curvature looked ahead to.
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
-from cortex_dsl.semantics.errors.behaviours import WALKS_IN_LANE
+from cortex_dsl.semantics.errors.runs import WALKS_IN_LANE
 from cortex_dsl.semantics.evaluation.geometry import current_pose, inside, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane
 from cortex_dsl.semantics.evaluation.roads import network_of, region_of_intersections
@@ -54,7 +54,7 @@ MAX_ACCELERATION = 0.73
 COMFORTABLE_DECELERATION = 1.67
 EXPONENT = 4.0
 TURNING_SPEED = 6.0
-"""Of Scenic's `TurnBehavior` [m/s]."""
+"""Speed of Scenic's `TurnBehavior` [m/s]."""
 LEAST_GAP = 0.01
 """Below this gap the model has no value [m]; an actor that is so near brakes fully."""
 
@@ -87,7 +87,7 @@ def _warn_walker(job: Job) -> None:
 
 
 def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Block, Term]:
-    """Path of a driver who follows a lane; `against` its direction, back to where it begins."""
+    """Return the path of a driver that follows a lane; with `against`, in reverse to the beginning of the lane."""
     lane = job.given(argument)
     if lane is None:
         lane = lane_at(job.ev, job.actor.pose if job.at_start else current_pose(job.ev, job.actor))
@@ -97,7 +97,7 @@ def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Bl
 
 
 def settled_path(job: Job, index: Term, *, against: bool, surely: bool = False) -> tuple[ir.Block, Term]:
-    """The path of a lane, remembered where only the run knows the lane; `surely` there is one."""
+    """Return the path of a lane, stored if the lane is known only at run time; with `surely`, the lane exists."""
     network = network_of(job.ev)
     is_there = index >= 0.0
     surely = surely or (isinstance(index, ir.Apply) and index.op is Op.LANE_NEAREST)
@@ -147,7 +147,7 @@ def idm_acceleration(
 
 
 def idm(job: Job, speed: Term, target: Term, gap: Term, lead: Term, pair: tuple[Term, Term]) -> Term:
-    """dv/dt of one so far behind one of speed `lead` [m/s^2]; `pair`: a and b."""
+    """Return the acceleration [m/s^2] behind an actor of speed `lead` at this gap; `pair`: a and b."""
     wanted = _wanted_gap(job, speed, pair, lead)
     # A target speed of 0 wants standstill: the quotient is then infinite, or undefined at rest, so it is held above.
     free = (speed / maximum(target, 0.1)) ** job.number("exponent", EXPONENT)
@@ -168,16 +168,16 @@ DURATION = 3.5
 LEAST_WAY = 4.0
 """Way driven at least, as a multiple of the offset."""
 SETTLED_OFFSET = 0.1
-"""From the centre line, as in Scenic [m] …"""
+"""Largest distance from the centre line of an actor that has settled, as in Scenic [m]."""
 SETTLED_ANGLE = 0.02
-"""… and from its direction [rad]."""
+"""Largest angle to the direction of the centre line of an actor that has settled, as in Scenic [rad]."""
 PREVIEW = 0.2
 MIN_LOOK_AHEAD = 3.0
 LOOK_AHEAD = 0.4
 OFFSET_SHARE = 0.35
-"""Of the engine's path follower [s, m, s, 1]; a test compares them."""
+"""Constants of the engine's path follower, from `PREVIEW` to here [s, m, s, 1]; a test compares them."""
 BRAKING_LIMIT = 8.0
-"""Of the engine's speed controller [m/s^2]."""
+"""Hardest braking of the engine's speed controller [m/s^2]."""
 
 
 def change_lane(job: Job) -> ir.Block:
@@ -206,12 +206,12 @@ def move_over(job: Job, path: Term, speed: Term) -> ir.Block:
 
 @frozen
 class _Place:
-    """Where the rear axle is beside the path of the new lane."""
+    """Position of the rear axle relative to the path of the new lane."""
 
     path: Term
     s: Term
     offset: Term
-    """To the left of the path [m]."""
+    """Offset to the left of the path [m]."""
     direction: Term
     """Heading of the actor against that of the path [rad]."""
 
@@ -240,13 +240,13 @@ class _Shift:
     """How far the change has come: locals, and the acts that set them."""
 
     offset: Term
-    """At the beginning [m]."""
+    """Offset at the beginning [m]."""
     progress: Term
-    """u, from 0 to 1."""
+    """Share of the change that is done: u, from 0 to 1."""
     way: Term
-    """Way of the whole change at the speed of the moment [m]."""
+    """Length of the whole change at the present speed [m]."""
     clock: Term
-    """When progress was made last [s]."""
+    """Time of the latest progress [s]."""
     locals: tuple[int, int]
     beginning: ir.Block
 
@@ -267,7 +267,7 @@ class _Shift:
         return _Shift(offset, progress, way, clock, numbers, beginning)
 
     def advance(self, job: Job) -> ir.Block:
-        """What the step since the last turn has brought."""
+        """Return the acts that advance the progress by the step since the latest call."""
         now = job.ev.algebra.time()
         driven = job.speed() * (now - self.clock)
         further = self.progress + driven / self.way
@@ -326,7 +326,7 @@ def brake(job: Job) -> ir.Block:
 
 
 def idle(job: Job) -> ir.Block:
-    """Who rolls presses no pedal, where these stay too."""
+    """Return the acts of an actor that presses no pedal; pedals that keep their position are released in each step."""
     if not job.ev.file.settings.pedals_stay:
         return (job.forever(ir.Wait(job.call.span)),)
     loose = tuple((pedal, job.ev.algebra.literal(0.0)) for pedal in (Command.THROTTLE, Command.BRAKE))

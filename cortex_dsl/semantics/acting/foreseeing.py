@@ -1,8 +1,8 @@
-"""What drivers of the library foresee of others: where ways cross, when both are there, and whether braking helps.
+"""Prediction of conflicts by drivers of the library: where ways cross, when both are there, and whether braking helps.
 
-The search for the area of conflict, and the times, are `engine.kernels.crossing`. Here they become terms, and the
-question that all drivers ask: can one still stop before the area; if not, does one come after the other has left it, or
-leave it before the other comes?
+The search for the area of conflict and the times are in `engine.kernels.crossing`; this module makes them terms. A
+driver decides: can it stop before the area; if not, does it arrive after the other actor has left, or leave before the
+other actor arrives?
 """
 
 import math
@@ -18,27 +18,27 @@ from engine.frozen import frozen
 from engine.vocabulary import State
 
 LINE = 1.0
-"""How far before the area a driver comes to rest [m]; *ours*."""
+"""Distance before the area at which a driver comes to rest [m]; *ours*."""
 LEAST_LINE = 0.2
-"""Nearer than this to it no stop is tried [m]."""
+"""Distance to the line below which no stop is tried [m]."""
 OUTSIDE = 0.01
-"""How far from the area who is not in it counts to be at least [m]."""
+"""Least distance from the area of an actor outside it [m]."""
 GAP = 0.7
-"""Between one's leaving the area and the other's coming into it [s]; *ours*, of the size of a reaction time."""
+"""Time between the exit of one actor from the area and the entry of the other [s]; *ours*, about a reaction time."""
 SHORTEST_GAP = 0.3
-"""By how much it comes at least before another who can no longer stop and gets out ahead of it [s]; *ours*."""
+"""Least lead over an actor that can no longer stop and leaves the area first [s]; *ours*."""
 MERGING_GAP = 1.5
-"""By how much one comes before another into a way that both go on [s]; *ours*: a short time gap."""
+"""Least lead over another actor at a merge into a common way [s]; *ours*: a short time gap."""
 THEIRS = 3.0
-"""Acceleration of other vehicles that is reckoned with: full throttle of a car here [m/s^2]."""
+"""Assumed acceleration of other vehicles: full throttle of a car here [m/s^2]."""
 THROTTLE, BRAKES = 0.9, 0.9
-"""Shares of one's own engine and brakes that are reckoned with."""
+"""Assumed shares of the actor's own engine and brakes."""
 LATE = 0.05
-"""Brakes act from the next step on [s]."""
+"""Delay until brakes act: the next step [s]."""
 SAME_WAY = 0.5
-"""Cosine from which another goes the same way, or comes the opposite one."""
+"""Cosine of the angle from which two actors count as going the same way, or opposite ways."""
 STANDING = 0.1
-"""Who is slower stands [m/s]."""
+"""Speed below which an actor stands [m/s]."""
 
 
 @frozen
@@ -51,14 +51,14 @@ class Sight:
 
     @staticmethod
     def of(job: Job) -> "Sight":
-        """As the weather lets anybody see, all around and at once, where the call names nothing else."""
+        """Return the sight that the weather permits, all around and without delay, unless the call gives a value."""
         reach = minimum(notice_reach(job.ev), job.number("range", math.inf))
         return Sight(reach, job.number("field_of_view", math.tau), job.number("latency", 0.0))
 
 
 @frozen
 class Conflict:
-    """What is foreseen of one other: `engine.kernels.crossing.Crossing`, as terms."""
+    """Predicted conflict with another actor: `engine.kernels.crossing.Crossing`, as terms."""
 
     enter: Term
     leave: Term
@@ -74,46 +74,46 @@ class Conflict:
 
     @property
     def exists(self) -> Term:
-        """Whether the ways meet, and the other is seen."""
+        """Return whether the ways meet and the other actor is seen."""
         return self.enter < math.inf
 
     def nearer(self, by: Term) -> "Conflict":
-        """The same for one whose outline reaches so far beyond where its way has it."""
+        """Return the conflict of an actor whose outline reaches farther than its way says, by this distance [m]."""
         return replace(self, enter=where(self.enter > 0.0, maximum(self.enter - by, OUTSIDE), self.enter))
 
     @property
     def parts(self) -> Term:
-        """Whether my way leaves theirs again: they cross, where others join."""
+        """Return whether my way leaves the other way again: the ways cross and do not merge."""
         return self.leave < math.inf
 
     @property
     def is_ahead(self) -> Term:
-        """Whether the other is on my way already and goes it too: somebody to follow."""
+        """Return whether the other actor is on my way already, in my direction."""
         return (self.their_enter <= 0.0) & (self.along > SAME_WAY)
 
     @property
     def is_behind(self) -> Term:
-        """Whether the other comes after me, on a way that we share from here on."""
+        """Return whether the other actor follows me, on a way that both share from here on."""
         return (self.enter <= 0.0) & (self.along > SAME_WAY) & (self.their_enter > 0.0)
 
     @property
     def comes(self) -> Term:
-        """Whether the other comes towards me on my way."""
+        """Return whether the other actor comes towards me on my way."""
         return (self.their_enter <= 0.0) & (self.along < -SAME_WAY)
 
     @property
     def crosses(self) -> Term:
-        """Whether there is an area of two ways that cross or join."""
+        """Return whether there is an area of two ways that cross or join."""
         return self.exists & ~(self.is_ahead | self.is_behind | self.comes)
 
     def coincides(self, by: float) -> Term:
-        """Whether both are in the area at a time, or, where ways join, shortly after one another, as they are going."""
+        """Return whether both are in the area together; at a merge, shortly after each other at present speeds."""
         crossing = (self.arrives < self.their_clearing + by) & (self.their_arrival < self.clears + by)
         return where(self.parts, crossing, abs(self.arrives - self.their_arrival) < MERGING_GAP)
 
 
 def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: Term, acceleration: Term) -> Conflict:
-    """The conflict with another, who goes on along a path (-1: the way it is on) up to a target speed."""
+    """Return the conflict with another actor, which drives along a path (-1: its own way) up to a target speed."""
     algebra = job.ev.algebra
     mine = path if isinstance(path, Term) else algebra.literal(path)
     look = algebra.pack(mine, sight.reach, sight.angle, sight.latency, target, acceleration, _theirs(job, other))
@@ -121,8 +121,9 @@ def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: T
 
 
 def _theirs(job: Job, other: Actor) -> Term:
-    """Acceleration of the other's that is reckoned with: people on foot walk as they do. Of two who stand and wait for
-    one another the one that comes first in the file goes.
+    """Return the assumed acceleration of the other actor [m/s^2]; 0 for a pedestrian.
+
+    If both stand and wait for each other, the actor that is first in the file goes.
     """
     algebra = job.ev.algebra
     if other.kind in NOT_VEHICLES:
@@ -143,25 +144,26 @@ def throttle(job: Job) -> Term:
 
 
 def stopping_distance(job: Job) -> Term:
-    """Of full braking from now on [m]."""
+    """Return the stopping distance [m] under full braking from now on."""
     speed = job.speed()
     late = LATE + 0.5 * size_of(job.actor, "pedalTime")
     return speed * late + speed * speed / (2.0 * braking(job))
 
 
 def can_stop(job: Job, conflict: Conflict) -> Term:
-    """Whether full braking ends before the area."""
+    """Return whether full braking ends before the area."""
     return stopping_distance(job) + LEAST_LINE < conflict.enter
 
 
 def braking_helps(job: Job, conflict: Conflict, lost: Term | None = None) -> Term:
-    """Whether to brake where one can no longer stop before the area: one comes after the other has left it, or neither
-    that nor leaving it before the other comes is possible. Where ways join nobody leaves: there it helps not to be long
-    enough before the other, who comes nearer by a time of `lost` [s] afterwards (None: however that may be). Nobody
-    brakes inside, but for one who is there.
+    """Return whether to brake if the actor can no longer stop before the area.
+
+    It brakes if it then arrives after the other actor has left, or if neither that nor leaving before its arrival is
+    possible. At a merge no actor leaves the area: braking helps unless the actor is long enough before the other, which
+    then gains a time `lost` [s] (None: ignored). Inside the area it brakes only for an actor that is inside too.
     """
     speed, hard = job.speed(), braking(job)
-    # Beyond its stopping distance nobody comes: there the square root is of nothing.
+    # The actor stops within its stopping distance, so beyond it the square root is of a negative number.
     slowed = speed * speed - 2.0 * hard * minimum(conflict.enter, 1000.0)
     late = (speed - sqrt(maximum(slowed, 0.0))) / hard
     outside = conflict.enter > 0.0
@@ -171,7 +173,7 @@ def braking_helps(job: Job, conflict: Conflict, lost: Term | None = None) -> Ter
 
 
 def is_out_before(conflict: Conflict, lost: Term | None = None) -> Term:
-    """Whether one is out of the area before the other comes; where ways join, long enough before it (`lost`)."""
+    """Return whether the actor leaves the area before the other arrives; at a merge, with the margin `lost` [s]."""
     over = conflict.clears
     if lost is not None:
         over = where(conflict.parts, over, conflict.arrives + (SHORTEST_GAP + lost))

@@ -1,18 +1,19 @@
-"""The library's driver who gives way: it stops at a line before the area where ways cross.
+"""The library's driver that gives way: it stops at a line before the area where ways cross.
 
-It goes on only where it clears the area before the other can be in it, though that one sped up (gap acceptance; where
-two ways become one: where it is there long enough before the other). Else it stops at the line and waits, by a
-deceleration of 3 m/s^2 where that is enough. Where it can no longer stop there, it does what keeps the two apart
-(`foreseeing`), and brakes where it comes to rest before outlines touch.
+It continues only if it clears the area before the other actor can be in it, even if that actor accelerates (gap
+acceptance; at a merge: if it is there long enough before the other actor). Else it stops at the line and waits, by a
+deceleration of 3 m/s^2 if that is enough. If it can no longer stop there, it acts so that both stay apart
+(`foreseeing`), and brakes if it comes to rest before outlines touch.
 
-Who has left its way, as one that comes into a bend too fast, goes back to it only where nobody is beside it or comes
-from behind: the area of conflict, which is searched for along ways, says nothing of that. Else it keeps aside, and
-stands only where all of its outline is clear of that way.
+An actor that has left its way, e.g. in a bend at high speed, returns to it only if no actor is next to it or approaches
+from behind: the area of conflict, which is searched for along ways, does not cover that case. Else it stays aside, and
+stands only if all of its outline is clear of that way.
 
-Who has come to rest nearer to the area than 0.7 m, or just inside, as one that had to brake hard, backs up to the
-line while another comes: fronts that come round a bend swing out of the strip of their way.
+An actor that has come to rest nearer to the area than 0.7 m, or just inside, e.g. after hard braking, backs up to the
+line while another actor approaches: in a bend, fronts swing out of the strip of their way.
 
-Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
+Behind other actors it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and
+braking.
 """
 
 import math
@@ -56,64 +57,65 @@ from engine.frozen import frozen
 from engine.vocabulary import FOR_ONE_STEP, Command, State
 
 BEND_RADIUS = 8.0
-"""Of the bends in which others come round [m]; *ours*: a turn to the near side."""
+"""Radius of the bends in which other actors turn [m]; *ours*: a turn to the near side."""
 JOINING_SPEED = 5.0
-"""With which it is taken to turn into another's way [m/s]: that of a bend of 8 m radius."""
+"""Assumed speed of a turn into the way of another actor [m/s]: that of a bend of 8 m radius."""
 STOP_PREVIEW = 0.25
-"""How far ahead the plan of a stop is read [s]: the lag of the speed controller."""
+"""Time ahead at which the plan of a stop is read [s]: the lag of the speed controller."""
 HARD = -10.0
 """Target speed of full braking down to standstill [m/s]."""
 OFF = 1.25
-"""Who is farther from its way has left it [m]; as in `engine.kernels.crossing`."""
+"""Distance from its way beyond which an actor has left the way [m]; as in `engine.kernels.crossing`."""
 RETURN = 3.0
-"""Time that the way back takes [s]; *ours*: 10 degrees, which is how followers go back, from a lane's width off it."""
+"""Duration of the return to the way [s]; *ours*: 10 degrees, as followers return, from a lane's width off the way."""
 LATER = (0.0, 0.5)
-"""When another has to be on that way to count [s]: now, or soon, as it is going; *ours*."""
+"""Times at which another actor must be on that way to count, at its present velocity [s]: now, or soon; *ours*."""
 EDGING = 3.0
-"""Speed at which one that has left its way keeps aside, until it is clear of who comes along and may stop [m/s];
-*ours*: it turns by a lane's width over ten metres."""
+"""Speed of an actor that has left its way and stays aside until it is clear of approaching actors [m/s]; it may stop.
+*Ours*: it turns by a lane's width over ten metres.
+"""
 ROOM = 0.3
-"""How far from that one it then means to be [m]; *ours*."""
+"""Distance that it then keeps from the approaching actor [m]; *ours*."""
 AWAY = 5.0
-"""What is added to the speed of who gets out of the way [m/s]."""
+"""Speed that is added for an actor that clears the area [m/s]."""
 EDGE = 0.7
-"""Who stands nearer to the area than this backs up, and goes on to the line [m]; *ours*."""
+"""Distance to the area below which an actor backs up, as far as the line [m]; *ours*."""
 SOON = 5.0
-"""… while another is in the area or will be there within this time [s]; *ours*."""
+"""Time within which the arrival of another actor, or its presence in the area, makes the actor back up [s]; *ours*."""
 TOUCHING = 0.2
-"""From so far into the area on outlines touch [m]: `engine.kernels.crossing.CLEARANCE`."""
+"""Depth inside the area at which outlines touch [m]: `engine.kernels.crossing.CLEARANCE`."""
 AT_ONCE = 0.1
-"""Who comes within this time is as good as there [s]; *ours*."""
+"""Arrival time below which an actor counts as present [s]; *ours*."""
 CRAWLING = 2.0
-"""Who is slower just inside the area would rather back out of it than drive on before another [m/s]; *ours*."""
+"""Speed below which an actor just inside the area backs out instead of passing before the other actor [m/s]; *ours*."""
 BACKWARDS = 1.5
-"""Speed at which one backs up, at most [m/s]; *ours*: walking pace."""
+"""Greatest speed of backing up [m/s]; *ours*: walking pace."""
 LEAST_TIME = 0.1
-"""Time that it takes to be off, beside that for the way [s]; *ours*."""
+"""Time that is added to the travel time for leaving the area [s]; *ours*."""
 BEHIND = 2.5
-"""Room behind for which one does so [m], free of who is there now …"""
+"""Free room behind the actor that backing up needs [m], at the times `WHILE`."""
 WHILE = (0.0, 1.0)
-"""… and who will be while one backs up, as they are going [s]; *ours*."""
+"""Times at which the room behind must be free, with the present velocities of other actors [s]; *ours*."""
 BRISK = 3.0
-"""Acceleration and deceleration of the model where the call names none [m/s^2]."""
+"""Acceleration and deceleration of the model if the call names none [m/s^2]."""
 
 
 @frozen
 class Answer:
-    """What a driver does about one other."""
+    """Reaction of a driver to another actor."""
 
     stops: Term
-    """Stop at the line."""
+    """Whether it stops at the line."""
     brakes: Term
-    """Brake as hard as it can."""
+    """Whether it brakes fully."""
     goes: Term
-    """Get out of the area."""
+    """Whether it clears the area."""
     backs: Term
-    """Once it stands, back up to the line."""
+    """Whether it backs up to the line from standstill."""
 
 
 def give_way(job: Job) -> ir.Block:
-    """Follow a lane or trajectory, behind whoever is ahead, and stop before areas of conflict until they are free."""
+    """Follow a lane or trajectory behind the actor ahead, and stop before areas of conflict until they are free."""
     job.must_steer()
     acts, path = path_to_follow(job)
     sight, target = Sight.of(job), job.target_speed()
@@ -172,7 +174,7 @@ def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
 
 
 def _is_at_edge(job: Job, conflict: Conflict) -> Term:
-    """Whether it is so near to the area, or so little inside, that it should back up; who does goes on to the line."""
+    """Return whether the actor is so near to the area, or so little inside, that it should back up to the line."""
     near = conflict.enter < where(job.speed() < 0.0, LINE, EDGE)
     clear = (conflict.enter > 0.0) | (conflict.back < TOUCHING)
     return near & ((job.speed() < 0.0) | clear | (_time_to_back_out(conflict) < conflict.their_arrival))
@@ -188,15 +190,16 @@ def _comes_soon(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 
 def _retreats(job: Job, conflict: Conflict, lost: Term) -> Term:
-    """Whether one just inside the area, who cannot get out ahead of the other, has time to stop and back out of it."""
+    """Return whether an actor just inside cannot leave before the other arrives, but can stop and back out."""
     inside = (conflict.enter <= 0.0) & (job.speed() < CRAWLING)
     time = job.speed() / braking(job) + _time_to_back_out(conflict)
     return inside & ~is_out_before(conflict, lost) & (time < conflict.their_arrival)
 
 
 def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
-    """Whether to brake just inside the area, where one cannot get out ahead of the other: one comes to rest before
-    outlines touch, or has the other before its nose.
+    """Return whether to brake just inside the area, since the actor cannot leave it before the other arrives.
+
+    It comes to rest before outlines touch, or the other actor is about to arrive.
     """
     inside = (conflict.enter <= 0.0) & (conflict.back < math.inf)
     rests = conflict.back + stopping_distance(job) < TOUCHING
@@ -204,10 +207,10 @@ def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
 
 
 def _is_free_behind(job: Job) -> Term:
-    """Whether nobody is where one would back up to, or will be there soon.
+    """Return whether the room for backing up is free now and soon.
 
-    The room begins at the rear end of the actor: whoever is beside it or ahead is not in it, which needs no comparison
-    of places along its heading, whose sign is rounding for one exactly abreast.
+    The room begins at the rear end of the actor, so an actor next to it or ahead is not in it. This needs no comparison
+    of positions along its heading, which for an actor exactly abreast would depend on rounding.
     """
     ev, here = job.ev, current_pose(job.ev, job.actor)
     back = 0.5 * (size_of(job.actor, "length") + BEHIND)
@@ -223,22 +226,23 @@ def _is_free_behind(job: Job) -> Term:
 
 
 def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """Whether it is through before another; where ways join, also fast enough not to be run into."""
+    """Return whether the actor passes before another; at a merge, also fast enough not to be hit from behind."""
     joining = conflict.arrives + (MERGING_GAP + _lost(job, other))
     return where(conflict.parts, conflict.clears + GAP, joining) < conflict.earliest
 
 
 def _lost(job: Job, other: Actor) -> Term:
-    """By what time another comes nearer from behind [s]: while one gains dv by its acceleration a, by dv^2 / 2 a."""
+    """Return the time by which another actor gains from behind [s]: dv^2 / 2 a over its speed.
+
+    dv is the speed that the actor lacks, a its acceleration.
+    """
     theirs = maximum(state(job.ev, other, State.SPEED), 1.0)
     slower = maximum(theirs - JOINING_SPEED, 0.0)
     return slower * slower / (2.0 * throttle(job) * theirs)
 
 
 def _beside(job: Job, path: Term) -> tuple[Term, Term]:
-    """How far left of its way the middle of the actor is, and how much farther its outline reaches because the actor
-    stands askew to it [m].
-    """
+    """Return the actor's offset to the left of its way, and the extra reach of its oblique outline [m]."""
     here = current_pose(job.ev, job.actor)
     x, y, heading = path_pose(path, path_project(path, here.x, here.y))[:3]
     off = (here.y - y) * cos(heading) - (here.x - x) * sin(heading)
@@ -247,8 +251,9 @@ def _beside(job: Job, path: Term) -> tuple[Term, Term]:
 
 
 def _kept_aside(job: Job, path: Term) -> Term:
-    """How far off its way the actor is clear of others who are beside it on that way, or will be before it is back [m];
-    0: nobody is.
+    """Return the offset from its way [m] at which the actor is clear of actors on that way; 0 without any.
+
+    Actors count that are next to it or will be before it is back.
     """
     here, aside = current_pose(job.ev, job.actor), job.ev.algebra.literal(0.0)
     s = path_project(path, here.x, here.y)
@@ -265,7 +270,7 @@ def _kept_aside(job: Job, path: Term) -> Term:
 
 
 def _places(job: Job, other: Actor, times: Sequence[float]) -> list[tuple[Term, Term]]:
-    """Where another will be, as it is going."""
+    """Return the positions (x, y) [m] of another actor at future times [s], with its present velocity."""
     there, speed = current_pose(job.ev, other), state(job.ev, other, State.SPEED)
     along, across = speed * cos(there.heading), speed * sin(there.heading)
     return [(there.x + along * later, there.y + across * later) for later in times]

@@ -4,9 +4,8 @@ import math
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER
-from cortex_dsl.semantics.errors.quantities import TARGET_ABOVE_TOP
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.runs import NOT_A_DRIVER
+from cortex_dsl.semantics.errors.values import TARGET_ABOVE_TOP, WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth
@@ -28,9 +27,9 @@ DEFAULT_SPEED = 10.0
 DEFAULT_LATERAL = 3.0
 """Lateral acceleration that they accept in turns: brisk [m/s^2]."""
 SPEED_GAIN = 4.0
-"""Of the engine's speed controller, which asks for `SPEED_GAIN * (target - speed)` [1/s]; a test compares the two."""
+"""Gain of the engine's speed controller: acceleration = `SPEED_GAIN * (target - speed)` [1/s]; a test compares them."""
 STOPPING = 3.0
-"""Deceleration with which stops are planned [m/s^2]: the comfortable one of ITE, as for bends in the engine."""
+"""Deceleration of planned stops [m/s^2]: the comfortable value of ITE, as for bends in the engine."""
 STOP_PREVIEW = 0.5
 """How far ahead that plan is read, for the controller lags behind a falling target [s]; as for bends in the engine."""
 STOP_MARGIN = 0.5
@@ -75,7 +74,7 @@ class Job:
         return number_for(self.ev, self._parameter(name), Given(self.call.arguments[name], self.call.spans[name]))
 
     def check_numbers(self) -> None:
-        """Refuse numbers outside their range, whether or not what the behaviour does depends on them here."""
+        """Refuse numbers outside their range, even if the behaviour does not depend on them here."""
         for name in self.call.arguments:
             if self._parameter(name).dimension is not None and self.given(name) is not None:
                 value = closed_value(self.number(name))
@@ -120,7 +119,7 @@ class Job:
         return self.number("max_lateral", DEFAULT_LATERAL)
 
     def target_speed(self) -> Term:
-        """Lowered to what signs allow where the actor is, if the call says so."""
+        """Return the target speed [m/s], reduced to the speed limit at the actor if the call asks for it."""
         speed = self.number("target_speed", DEFAULT_SPEED)
         if not self.flag("respect_speed_limit"):
             return speed
@@ -143,7 +142,7 @@ class Job:
         return state(self.ev, self.actor, State.SPEED)
 
     def kept(self, value: Term) -> tuple[ir.Act, Term]:
-        """An act that remembers a value of the moment, and what was remembered."""
+        """Return an act that stores a value of the present moment, and the stored value."""
         local = self.ev.run.new_local()
         return ir.SetLocal(self.call.span, local, value), self.ev.algebra.local(local)
 
@@ -181,7 +180,7 @@ class Job:
         )
 
     def braking(self, pedal: Term) -> ir.Take:
-        """Brake for one step, also where pedals stay: who brakes when he has to lets go of the pedal again."""
+        """Brake for one step; where pedals keep their position, the pedal is released afterwards."""
         command = Command.STOP if self.ev.file.settings.pedals_stay else Command.BRAKE
         return ir.Take(self.call.span, ((command, pedal),))
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.bodies import Body, Variable
 from cortex_dsl.semantics.acting.yielding import check_loop
-from cortex_dsl.semantics.errors.behaviours import LEAVES_WRITTEN_OUT
+from cortex_dsl.semantics.errors.runs import LEAVES_WRITTEN_OUT
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack
 from cortex_dsl.semantics.model.values import Quantity, Value
@@ -25,7 +25,7 @@ def while_(body: Body, node: nodes.While) -> ir.Block:
 
 
 def for_(body: Body, node: nodes.For) -> ir.Block:
-    """Numbers are counted through while the run goes on; of other things each round is written out."""
+    """Compile `for`: numbers are counted at run time, other items are unrolled."""
     ev, span = body.ev, node.iterable.span
     items = items_of(ev.evaluate(node.iterable), span, "what `for` runs over")
     table = _numbers(items)

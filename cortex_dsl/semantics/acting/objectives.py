@@ -1,8 +1,8 @@
-"""What a file expects of the system under test, and what it lets a search make large or small.
+"""Expectations on the system under test, and objectives of a search.
 
-`expect` is a formula as `require` has them, but it rejects nothing: a run that breaks it is a finding. Each of its
-atoms is looked at twice in every sample, as a truth and as a number (`robustness_of`), and when the run is over the
-formula is worked out of both. `maximize` and `minimize` are one expression of the whole run (`over_run`).
+`expect` is a formula like that of `require`, but it rejects nothing: a run that breaks it is a finding. Each of its
+atoms is evaluated twice in every sample, as a truth and as a number (`robustness_of`); after the run the formula is
+evaluated from both. `maximize` and `minimize` are one expression of the whole run (`over_run`).
 """
 
 from dataclasses import replace
@@ -10,8 +10,9 @@ from dataclasses import replace
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting.rules import OPERATORS, Conditions, Folder, seen, waiting_part
-from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.objectives import (
+from cortex_dsl.semantics.errors.names import DUPLICATE, NO_END
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.runs import (
     ALWAYS_BROKEN,
     AT_THE_START,
     NEVER_BROKEN,
@@ -19,8 +20,6 @@ from cortex_dsl.semantics.errors.objectives import (
     NOT_ONE_NUMBER,
     TAKEN_NAME,
 )
-from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.statements import NO_END
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.over_run import judged
 from cortex_dsl.semantics.model.context import Evaluator
@@ -68,7 +67,7 @@ def optimize(ev: Evaluator, node: nodes.Optimize) -> None:
 
 
 def _declare(ev: Evaluator, node: nodes.Expect | nodes.Optimize, made: ir.Objective) -> None:
-    """The same objective in all variants, and no other of its name."""
+    """Declare the objective, which is the same in all variants, and refuse a second one of its name."""
     if made.name in OBJECTIVES:
         raise TAKEN_NAME.mistake(node.span, name=made.name)
     first = next((span for span, (_, known) in ev.file.objectives.items() if known.name == made.name), node.span)
@@ -97,22 +96,23 @@ def _behind(atom: nodes.Expression) -> Span:
 # -- how far a condition of one moment holds or is broken, as one number -----------------------------------------------
 
 ANGLE_UNIT = 0.1
-"""What counts as much as 1 m, 1 m/s, 1 m/s^2, 1 s or a pure 1 [rad]."""
+"""Angle that counts as much as 1 m, 1 m/s, 1 m/s^2, 1 s or a pure 1 [rad]."""
 
 _DEPTHS = {Op.REGION_CONTAINS: region_depth, Op.REGION_CONTAINS_BOX: region_box_depth}
 _COMPARISONS = (Op.LT, Op.LE, Op.EQ, Op.NE)
 _ENDLESS = (Op.TTC, Op.LEAD, Op.CROSSING)
-"""What is infinite where nothing lies ahead."""
+"""Operations with infinite results if nothing lies ahead."""
 
 
 def robustness_of(condition: Term, compared: Dimensions) -> Term:
-    """The robustness of a condition whose comparisons have the dimensions `compared`: above 0 it holds, below 0 it is
-    broken.
+    """Return the robustness of a condition: above 0 it holds, below 0 it is broken.
 
-    Margins (`bounds`) in units that make them comparable, and a number for what has none: a bare truth is worth 1 or
-    -1, what lies in a region how deep it does. Donze and Maler (2010), "Robust satisfaction of temporal logic over
-    real-valued signals", FORMATS 2010, section 2; the units are ours. Over the samples of a run,
-    `engine.kernels.temporal` goes on.
+    `compared` are the dimensions of its comparisons.
+
+    Margins (`bounds`) are in units that make them comparable. A condition without margin gets a number: a bare truth 1
+    or -1, a position in a region its depth. Donze and Maler (2010), "Robust satisfaction of temporal logic over
+    real-valued signals", FORMATS 2010, section 2; the units are ours. `engine.kernels.temporal` evaluates the samples
+    of a run.
     """
     try:
         return _robustness(condition, compared)
@@ -156,7 +156,7 @@ def _may_be_infinite(side: Term) -> bool:
 
 
 def objectives_of(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Objective, ...]:
-    """The objectives in the order of the file; reports what no run, or every run, breaks."""
+    """Return the objectives in the order of the file; report those that no run, or every run, breaks."""
     found = []
     for node, made in file.objectives.values():
         if isinstance(node, nodes.Expect):
@@ -173,14 +173,14 @@ def _report(
 ) -> None:
     span = node.condition.span
     if file.overrides or file.settings.stream is not None:
-        return  # what is pinned from outside is no mistake of the file
+        return  # a value fixed on the command line is no error of the file
     if known is True:
         file.findings.add(NEVER_BROKEN.at(span))
     elif known is False:
         file.findings.add(ALWAYS_BROKEN.at(span))
     elif not is_timed(node.condition):
         if not any(map(is_dynamic, seen(node, conditions))):
-            return  # it is the same at every instant, such as one of params
+            return  # it is constant in time, such as one of params
         words = _in_words(file, node.condition)
         joined = isinstance(node.condition, nodes.BoolOp)
         file.findings.add(AT_THE_START.at(span, condition=f"({words})" if joined else words))
@@ -189,7 +189,7 @@ def _report(
 
 
 def _formula(file: FileContext, node: nodes.Expression) -> ir.Formula:
-    """The whole formula: of what is known to hold it still matters how far."""
+    """Return the whole formula, including known parts: their robustness still matters."""
     if not is_timed(node):
         name = _in_words(file, node)
         truth, number = (file.rule(at, name, RuleKind.WATCH) for at in (node.span, _behind(node)))

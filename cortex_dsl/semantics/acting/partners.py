@@ -1,4 +1,4 @@
-"""Others as the models of safe driving look at them: on the way of the actor, crossing it, or on a lane beside it."""
+"""Other actors as the models of safe driving see them: on the actor's way, crossing it, or on a neighbouring lane."""
 
 import math
 
@@ -18,50 +18,50 @@ from engine.vocabulary import State
 
 @frozen
 class Seen:
-    """Another, as the models look at it."""
+    """Another actor as the models see it."""
 
     other: Actor
     conflict: Conflict
     in_lane: Term
-    """Whether it is on my way already, before me …"""
+    """Whether it is on my way already, before me."""
     speed: Term
-    """… how fast it goes my way [m/s]; less than 0 of who comes towards me."""
+    """Its speed along my way [m/s]; negative for an oncoming actor."""
     closing: Term
-    """How fast the gap shrinks [m/s]."""
+    """Rate at which the gap shrinks [m/s]."""
     crosses: Term
-    """Whether both are in an area of ways that cross at a time, and I can do something about it."""
+    """Whether both are in an area of crossing ways together, and the actor can react."""
     beside: "Beside | None"
     """Place on a lane next to that of the actor; None for one that is never in a lane."""
 
     @property
     def gap(self) -> Term:
-        """To it, or to the area [m]."""
+        """Return the gap to the actor or to the area [m]."""
         return self.conflict.enter
 
 
 @frozen
 class Beside:
-    """Another against the lane that I am in."""
+    """Another actor relative to my lane."""
 
     ahead: Term
     """Gap from the front of the actor to its rear along the lane, negative if they overlap [m]."""
     apart: Term
-    """Between the sides of both outlines, across my lane [m]."""
+    """Gap between the sides of both outlines, across my lane [m]."""
     along: Term
     """Cosine of its heading against that of my lane."""
     speed: Term
-    """Along my lane …"""
+    """Speed along my lane [m/s]."""
     nearing: Term
-    """… and towards me, across it [m/s]."""
+    """Speed towards me, across my lane [m/s]."""
     deviation: Term
     """Lateral offset from the middle of its lane [m]."""
 
     @property
     def comes_over(self) -> Term:
-        """Whether it drives my way and, beside me, moves towards me.
+        """Return whether an actor drives my way next to me and moves towards me.
 
-        A cone and a least speed, not signs: of one who goes along or right across my lane, a component of its velocity
-        is 0 but for rounding. Definition 6 says nothing of those who cross.
+        The test is a cone and a least speed, not signs: for motion exactly along or across my lane, a component of the
+        velocity is 0 but for rounding. Definition 6 does not cover crossing actors.
         """
         return (self.along > SAME_WAY) & (self.speed > STANDSTILL) & (self.apart > 0.0) & (self.nearing > STANDSTILL)
 

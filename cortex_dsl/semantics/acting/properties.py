@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.bodies import Body, of_same_dimension
-from cortex_dsl.semantics.errors.behaviours import CANNOT_SET, OBJECT_CHANGES
+from cortex_dsl.semantics.errors.runs import CANNOT_SET, OBJECT_CHANGES
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.operators import combine
 from cortex_dsl.semantics.model.values import Actor, Quantity, Truth
@@ -19,11 +19,11 @@ SIMULATED: Mapping[str, str] = {
     **dict.fromkeys(("steer", "throttle", "brake"), "an action sets it: `take SetSteerAction(...)` and the like"),
     "behavior": "a scenario changes it: `override x with behavior B()`",
 }
-"""What the run makes of an object, and how a file has a say in it."""
+"""Properties that the run sets, and the statement by which a file influences each."""
 
 
 def set_attribute(body: Body, node: nodes.SetAttribute) -> ir.Block:
-    """Set a property of the file's own; who else reads it sees the new value from then on."""
+    """Set a property of the file's own; every later read sees the new value."""
     ev, target, name = body.ev, node.target, node.target.name
     actor = ev.evaluate(target.value)
     if not isinstance(actor, Actor):
@@ -48,10 +48,10 @@ def set_attribute(body: Body, node: nodes.SetAttribute) -> ir.Block:
 
 
 def _may_change(actor: Actor, name: str, span: Span) -> Quantity | Truth:
-    """What a property that may change began with.
+    """Return the first value of a property that may change.
 
     Raises:
-        Mistake: the run sets it, it is settled with the scene, or the object has none.
+        Mistake: the run sets the property, it is settled with the scene, or the object has none.
     """
     if name in SIMULATED:
         raise CANNOT_SET.mistake(span, name=name, reason=SIMULATED[name])

@@ -1,7 +1,7 @@
-"""`ReplayBehavior`: an actor that moves as one was recorded, from where it stands.
+"""`ReplayBehavior`: an actor that repeats a recorded motion from its start.
 
-Its track is a text in the file, so that the file alone is the case: a line of names, then a row for each sample. What
-drives it is in `engine.kernels.replay`. `cortexc measure --to scn` writes such files.
+Its track is a text in the file, so that the file alone is the case: a line of names, then a row for each sample. The
+motion is computed in `engine.kernels.replay`. `cortexc measure --to scn` writes such files.
 """
 
 import math
@@ -58,10 +58,10 @@ def _rows(job: Job, text: str) -> Floats:
 
 
 def _numbers(job: Job, number: int, line: str) -> list[float]:
-    """A row's numbers.
+    """Return the numbers of a row.
 
     Raises:
-        Mistake: they are others than five finite ones.
+        Mistake: the row is not five finite numbers.
     """
     try:
         found = [float(cell) for cell in line.split(",")]

@@ -1,9 +1,9 @@
 """Temporal requirements and `record`.
 
-Temporal requirements are `always`, `eventually`, `next`, `until` and `implies` over the samples of a run. What speaks
-of one moment becomes an atom, looked at in every sample; the rest is the same formula in all variants. `require always
-c` is looked at in every sample itself, so that it ends the run at once. Records are values of the running simulation
-that are kept, each as a column of numbers.
+Temporal requirements are `always`, `eventually`, `next`, `until` and `implies` over the samples of a run. A condition
+on one moment becomes an atom, evaluated in every sample; the rest is the same formula in all variants. `require always
+c` is evaluated in every sample itself, so that it ends the run at once. Records are stored values of the running
+simulation, each a column of numbers.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,9 +13,9 @@ from functools import reduce
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting.at_start import require_start
-from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.statements import (
+from cortex_dsl.semantics.errors.names import (
     ALWAYS_FALSE,
+    DUPLICATE,
     NEVER_CHANGES,
     NO_END,
     RECORD_VARIES,
@@ -41,7 +41,7 @@ from engine.vocabulary import RuleKind, TemporalOp
 # -- records -----------------------------------------------------------------------------------------------------------
 
 Column = tuple[str, Term, ir.Dimension]
-"""What follows the record's name, the number, and its dimension."""
+"""Suffix of the record's name, the number, and its dimension."""
 
 
 def keep_record(ev: Evaluator, node: nodes.Record) -> None:
@@ -57,10 +57,10 @@ def keep_record(ev: Evaluator, node: nodes.Record) -> None:
 
 
 def _keep_column(ev: Evaluator, node: nodes.Record, made: ir.Record) -> None:
-    """The same column in all variants, and no other of its name.
+    """Declare the column, which is the same in all variants, and refuse a second one of its name.
 
     Raises:
-        Mistake: where there is another.
+        Mistake: another record has the name.
     """
     first, known = ev.file.records.setdefault(made.name, (node.span, made))
     if known.watch != made.watch:
@@ -126,7 +126,7 @@ def name_of(file: FileContext, node: nodes.Require) -> str:
 # -- all variants together --------------------------------------------------------------------------------------------
 
 Conditions = Sequence[Mapping[RuleKey, Term]]
-"""Of the rules of each variant."""
+"""Conditions of the rules, one mapping per variant."""
 
 
 def temporal_requirements(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
@@ -157,7 +157,7 @@ def _report(
     if formula is False:
         file.findings.add(ALWAYS_FALSE.at(span))
     elif file.overrides or file.settings.stream is not None:
-        return  # what is pinned from outside is no mistake of the file
+        return  # a value fixed on the command line is no error of the file
     elif formula is True:
         file.findings.add(TEMPORAL_HOLDS.at(span))
     elif not any(is_dynamic(each) for each in seen(node, conditions)):
@@ -186,7 +186,7 @@ class Folder:
     file: FileContext
     conditions: Conditions
     places: dict[nodes.Expression, Span] = field(default_factory=dict)
-    """Where each atom was met first: equal ones are looked at once."""
+    """First place of each atom; equal atoms are evaluated once."""
 
     def formula(self, node: nodes.Expression) -> ir.Formula | bool:
         if not is_timed(node):
@@ -200,12 +200,12 @@ class Folder:
         return _joined(operator, parts)
 
     def never(self, node: nodes.Expression) -> ir.Formula:
-        """What is false in every run, whatever its first atom is."""
+        """Return a formula that is false in every run."""
         atom = self._atom(next(atoms(node)))
         return ir.Formula(TemporalOp.AND, (atom, ir.Formula(TemporalOp.NOT, (atom,))))
 
     def known(self, key: RuleKey) -> bool | None:
-        """What a condition is in all runs of all variants."""
+        """Return the value of a condition if it is the same in all runs of all variants; None otherwise."""
         bounds = self.file.gene_bounds()
         found = [each[key] for each in self.conditions if key in each]
         if any(may_be_undefined(condition, lambda part: interval(part, bounds)) for condition in found):
@@ -220,7 +220,7 @@ class Folder:
 
 
 def _draws(node: nodes.Expression) -> bool:
-    """Whether it is another number each time it is looked at."""
+    """Return whether each evaluation gives another number."""
     return any(isinstance(part, nodes.Name) and part.id in DISTRIBUTIONS for part in everything_in(node))
 
 

@@ -1,25 +1,26 @@
-"""Models of safe driving around another behaviour: that one drives, and where the model sees a risk it brakes instead.
+"""Models of safe driving around another behaviour: it drives; in a risk that the model detects, the actor brakes.
 
 *Responsibility-sensitive safety*: Shalev-Shwartz, Shammah and Shashua (2017), "On a formal model of safe and scalable
 self-driving cars", arXiv:1708.06374. Nearer than the distances of definitions 1, 2 and 6 the proper response is to
-brake by at least `least_braking`. Of routes that cross nobody is taken to have the right of way here: before the area
-in which both may be at a time one still has to be able to stop after the response time. Parameters are those with which
-CARLA runs Intel's ad-rss-lib.
+brake by at least `least_braking`. On crossing routes no actor has the right of way here: before the area in which both
+may be together, the actor must still be able to stop after the response time. Parameters are those with which CARLA
+runs Intel's ad-rss-lib.
 
-*The careful driver* of UN Regulation 157, Annex 4, Appendix 3: another 0.375 m off the middle of its lane towards this
-one, or in it, that would be hit in less than 2 s, or that brakes by more than 5 m/s^2 within 2 s of headway, is a risk.
-It is perceived for 0.4 s, 0.75 s later braking begins and builds up by 12.65 m/s^3 to 0.774 g.
+*The careful driver* of UN Regulation 157, Annex 4, Appendix 3: an actor is a risk if it is 0.375 m off the middle of
+its lane towards the ego's lane, or in that lane, and would be hit in less than 2 s, or if it brakes by more than 5
+m/s^2 within 2 s of headway. It is perceived for 0.4 s, 0.75 s later braking begins and builds up by 12.65 m/s^3 to
+0.774 g.
 
 *The fuzzy safety model* of the same regulation: Mattas, Makridis, Botzoris et al. (2020), "Fuzzy surrogate safety
 metrics for real-time assessment of rear-end collision risk", Accident Analysis and Prevention 148, 105794. With u and
-u_l the speeds, t = 0.75 s, 4 and 6 m/s^2 of comfortable and hard braking, 7 m/s^2 of the one ahead, d = 2 m, PFS falls
-from 1 to 0 as the gap less d grows from u t + u^2 / (2 * 6) - u_l^2 / (2 * 7) to u t + u^2 / (2 * 4) - u_l^2 / (2 * 7)
-+ d; CFS, while closing, from g + c^2 / (2 * 6) to g + c^2 / (2 * 4), g being the gap that goes within t and c the speed
-at which it then still shrinks. Braking is PFS * 4 m/s^2, and where CFS > 0 it is 4 + CFS * 2 m/s^2.
+u_l the speeds, t = 0.75 s, 4 and 6 m/s^2 of comfortable and hard braking, 7 m/s^2 of the vehicle ahead, d = 2 m, PFS
+falls from 1 to 0 as the gap less d grows from u t + u^2 / (2 * 6) - u_l^2 / (2 * 7) to u t + u^2 / (2 * 4) - u_l^2 / (2
+* 7) + d; CFS, while closing, from g + c^2 / (2 * 6) to g + c^2 / (2 * 4), g being the loss of gap within t and c the
+speed at which it then still shrinks. Braking is PFS * 4 m/s^2, and where CFS > 0 it is 4 + CFS * 2 m/s^2.
 
-Both models of the regulation speak of one lane. Where ways cross (*ours*), the careful driver takes for a risk whom it
-would meet within 4 s, as `engine.avoidability` does, and the fuzzy model takes the area in which they would meet for
-one who stands there.
+Both models of the regulation cover one lane. Where ways cross (*ours*), an actor that the careful driver would meet
+within 4 s is a risk, as in `engine.avoidability`, and the fuzzy model treats the area of the meeting as a standing
+vehicle.
 """
 
 from cortex_dsl import ir
@@ -50,9 +51,9 @@ from engine.vocabulary import State
 
 GRAVITY = 9.81
 JERK = 12.65
-"""With which the brakes of both models of UN R157 build up [m/s^3]."""
+"""Rate at which braking builds up in both models of UN R157 [m/s^3]."""
 NOT_RISKY = -1.0
-"""In the place of the time since when there is a risk."""
+"""Value of the start time of a risk while there is no risk."""
 
 
 def _brake(job: Job, while_: Term, deceleration: Term, note: ir.Block = ()) -> ir.Act:
@@ -61,7 +62,7 @@ def _brake(job: Job, while_: Term, deceleration: Term, note: ir.Block = ()) -> i
 
 
 def _must_wait(job: Job) -> Term:
-    """Whether to wait before an area, or behind somebody."""
+    """Return whether to wait before an area, or behind another actor."""
     sight = Sight.of(job)
     return job.ev.algebra.any_of([waits(job, each, sight) for each in others(job.ev, job.actor)]) | blocked(job)
 
@@ -74,7 +75,9 @@ LEADER_BRAKING = 8.0
 LEAST_BRAKING = 4.0
 IN_LANE_BRAKING = 3.0
 DRIFTING, DRIFT_BRAKING, DRIFT_MARGIN = 0.2, 0.8, 0.1
-"""As `engine.metrics.values.RESPONSIBILITY` has them; a test compares the two [s, m/s^2, m]."""
+"""Lateral acceleration and braking [m/s^2], and lateral margin [m], of `engine.metrics.values.RESPONSIBILITY`; a test
+compares them.
+"""
 
 
 def responsibility(job: Job) -> ir.Block:
@@ -83,7 +86,7 @@ def responsibility(job: Job) -> ir.Block:
     dangerous = job.ev.algebra.any_of([_is_dangerous(job, each) for each in seen]) & moves(job)
     needed = job.ev.algebra.literal(0.0)
     for each in seen:
-        # Braking by least_braking is enough where the distance was kept; where another has taken it, it is not.
+        # Braking by least_braking suffices if the actor held the distance, but not if another actor has cut it short.
         stopping = job.speed() * job.speed() / (2.0 * maximum(each.gap - LEAST_LINE, LEAST_LINE))
         shrinking = maximum(each.closing, 0.0)
         keeping = shrinking * shrinking / (2.0 * maximum(each.gap, LEAST_LINE))
@@ -111,7 +114,7 @@ def _least(job: Job) -> Term:
 
 
 def _stopping(job: Job, speed: Term, braking: Term | float, speeding_up: float = SPEEDING_UP) -> Term:
-    """What one needs who speeds up for the response time and then brakes [m]."""
+    """Return the stopping distance [m] with acceleration during the response time."""
     response = job.number("response", RESPONSE)
     faster = speed + response * speeding_up
     return 0.5 * (speed + faster) * response + faster * faster / (2.0 * braking)
@@ -131,7 +134,7 @@ def _safe_oncoming(job: Job, oncoming: Term) -> Term:
 
 
 def _safe_beside(job: Job, nearing: Term) -> Term:
-    """Definition 6 of one who comes nearer, and of me who does not [m]."""
+    """Return the safe lateral distance [m] of definition 6 to an actor that comes nearer, if the ego does not."""
     still = job.ev.algebra.literal(0.0)
     return sum((_stopping(job, each, DRIFT_BRAKING, DRIFTING) for each in (nearing, still)), DRIFT_MARGIN + still)
 
@@ -162,14 +165,14 @@ def _after_a_while(
 
 PERCEPTION = 0.4
 DELAY = 0.75
-"""Of both models [s]."""
+"""Delay in both models [s]."""
 HARDEST = 0.774 * GRAVITY
 DEVIATION = 0.375
 CRITICAL = 2.0
-"""Time to collision below which somebody is a risk, and headway to one who brakes by `ALARMING` [s]."""
+"""Time to collision below which an actor is a risk, and headway to an actor that brakes by `ALARMING` [s]."""
 ALARMING = 5.0
 HORIZON = 4.0
-"""As `engine.avoidability` has it [s]."""
+"""Time to arrival below which crossing traffic is a risk [s], as in `engine.avoidability`."""
 
 
 def careful_driver(job: Job) -> ir.Block:
@@ -182,7 +185,7 @@ def careful_driver(job: Job) -> ir.Block:
     goes_on = stays | targets.block(job, [(each.other, each.conflict) for each in seen]) | blocked(job)
     late = job.number("perception", PERCEPTION) + job.number("delay", DELAY)
     hardest = job.number("reference_deceleration", HARDEST)
-    # Afterwards it speeds up for nobody whom it follows nearer than that headway.
+    # Afterwards it does not speed up behind an actor within that headway.
     near = job.ev.algebra.any_of([each.in_lane & (each.gap < job.speed() * CRITICAL) for each in seen])
     brakes = risk | goes_on
     return _after_a_while(job, risk, late, brakes | near, where(brakes, hardest, 0.0), targets)
@@ -203,13 +206,13 @@ def _is_risk(job: Job, seen: Seen) -> Term:
 
 
 NEXT_LANE = 3.5
-"""Who leaves more room than this beside it is not in a neighbouring lane [m]; *ours*."""
+"""Lateral gap from which an actor is not in a neighbouring lane [m]; *ours*."""
 COMFORTABLE, HARD, THEIRS = 4.0, 6.0, 7.0
-"""Braking of the fuzzy model, and of the one ahead [m/s^2]."""
+"""Braking of the fuzzy model's vehicle, comfortable and hard, and braking of the vehicle ahead [m/s^2]."""
 ROOM = 2.0
-"""Of the fuzzy model, at rest [m]."""
+"""Gap at rest in the fuzzy model [m]."""
 SPARE = 0.1
-"""Of who comes from the side: by how much later than the ego is there [s]."""
+"""Time margin by which crossing traffic must arrive after the ego [s]."""
 
 
 def fuzzy_safety(job: Job) -> ir.Block:
@@ -220,7 +223,7 @@ def fuzzy_safety(job: Job) -> ir.Block:
         braking = maximum(braking, _reaction(job, each))
     risk = (braking > 0.0) & moves(job)
     on = risk | _must_wait(job)
-    # Nobody who waits is let roll.
+    # A waiting actor does not roll.
     held = where(risk, braking, job.number("comfortable_deceleration", COMFORTABLE))
     return _after_a_while(job, risk, job.number("delay", DELAY), on, held)
 
@@ -237,7 +240,7 @@ def _reaction(job: Job, seen: Seen) -> Term:
 
 
 def _cuts_in(job: Job, other: Actor, beside: Beside) -> Term:
-    """Whether another is beside the ego before that has gone past it."""
+    """Return whether another actor reaches the ego's side before the ego has passed it."""
     long = size_of(job.actor, "length") + size_of(other, "length")
     closing = job.speed() - beside.speed
     before = beside.apart * closing < beside.nearing * (beside.ahead + long + SPARE * closing)
@@ -258,7 +261,7 @@ def _fuzzy(job: Job, gap: Term, lead: Term) -> Term:
     gone = (speed + 0.5 * late * now - lead) * late
     left = after - lead
     critical = _share(gap, gone + left * left / (2.0 * hard), gone + left * left / (2.0 * soft))
-    # One who is slower than the other within the delay has (u - u_l)^2 / 2 a to go until then.
+    # A vehicle that is slower than the other within the delay still covers (u - u_l)^2 / 2 a until then.
     slowed = where(gap < (speed - lead) * (speed - lead) / (2.0 * maximum(-now, 1e-6)), 1.0, 0.0)
     critical = where(speed <= lead, 0.0, where(left < 0.0, slowed, critical))
     return where(critical > 0.0, soft + critical * (hard - soft), proactive * soft)

@@ -4,19 +4,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import CALLED_BEHAVIOUR
-from cortex_dsl.semantics.errors.names import SECOND_EGO, UNKNOWN_ARGUMENT
-from cortex_dsl.semantics.errors.objects import EGO_NOT_OBJECT
-from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import SCENIC_MAP, SCENIC_MODEL
-from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
-from cortex_dsl.semantics.errors.statements import (
+from cortex_dsl.semantics.errors.names import (
     BAD_SETTING,
     BARE_EXPRESSION,
     NEVER_RUNS,
     NO_EFFECT,
     PROBABILITY_RANGE,
+    SECOND_EGO,
+    UNKNOWN_ARGUMENT,
 )
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.runs import CALLED_BEHAVIOUR, MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
+from cortex_dsl.semantics.errors.scene import EGO_NOT_OBJECT, SCENIC_MAP, SCENIC_MODEL
 from cortex_dsl.semantics.evaluation import maps, numbers, signals, surroundings
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
@@ -56,7 +55,7 @@ MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
 """Params that Scenic's simulators read and nothing here does."""
 TIME_STEPS = (1e-4, 1.0)
-"""What a step may last [s]."""
+"""Bounds of a time step [s]."""
 SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM, "fair")
 
 
@@ -94,7 +93,11 @@ def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
 
 
 def check_called(value: Value, span: Span) -> None:
-    """What only runs by `do` or `require monitor` does nothing when it is called."""
+    """Refuse a plain call of a behaviour, monitor or scenario: it would do nothing.
+
+    Raises:
+        Mistake: the value is one of these.
+    """
     if isinstance(value, BehaviourCall | BehaviourValue):
         name = value.name if isinstance(value, BehaviourCall) else value.node.name
         raise CALLED_BEHAVIOUR.mistake(span, name=name)
@@ -195,7 +198,7 @@ def _check_text(name: str, argument: Given) -> str:
 
 
 def _stream(text: str, span: Span) -> str:
-    """A stream key, as concrete scenarios have one."""
+    """Return a stream key, as in concrete scenarios."""
     try:
         parse_key(text)
     except ArgumentError as error:
@@ -295,7 +298,7 @@ def require_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> None:
 
 
 def _nothing(_ev: Evaluator, _node: nodes.Statement) -> None:
-    """Behaviours are known from the start, rules wait for the end; what stands in the wrong place was said."""
+    """Do nothing: behaviours are known from the start, rules run at the end, misplaced statements were reported."""
 
 
 Run = Callable[[Evaluator, nodes.Statement], None]
@@ -335,4 +338,4 @@ TOP_LEVEL: Mapping[type, Run] = {
     nodes.RequireMonitor: require_monitor,
     nodes.TerminateAfter: _terminate_after,
 }  # type: ignore[dict-item]
-"""What the statements do that no definition and no import is; `setting_up` has those."""
+"""Function that runs each statement except definitions and imports, which `setting_up` runs."""

@@ -1,9 +1,9 @@
-"""Does a block of acts ever end the actor's turn? One that runs for ever within a step is a mistake."""
+"""Check whether a block of acts ever ends the actor's turn: an endless loop within a step is a mistake."""
 
 from collections.abc import Iterator
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import MAY_NOT_ACT, NEVER_ACTS
+from cortex_dsl.semantics.errors.runs import MAY_NOT_ACT, NEVER_ACTS
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.quantities.bounds import leaves
 from cortex_dsl.source import Span
@@ -34,12 +34,12 @@ def everything(block: ir.Block) -> Iterator[ir.Act]:
 
 
 def ever_acts(block: ir.Block) -> bool:
-    """Whether anything in the block may take, wait or end the run."""
+    """Return whether any act in the block may take, wait or end the run."""
     return any(isinstance(act, TURN_ENDS) for act in everything(block))
 
 
 def check_loop(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
-    """A loop must act, have a way out, or change what its condition looks at."""
+    """Refuse a loop that neither acts, nor has a way out, nor changes its condition."""
     if not _goes_on(condition, body):
         ev.report(NEVER_ACTS.at(span, what="loop", words=_words(ev)))
     elif not _changes(condition, body) and _passes(body):
@@ -47,7 +47,7 @@ def check_loop(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) ->
 
 
 def _changes(condition: ir.Expr, body: ir.Block) -> bool:
-    """Whether going round may change what is asked for: a variable is set, or there is chance in it."""
+    """Return whether a pass may change the condition: it sets a variable, or the condition is random."""
     acts = list(everything(body))
     asked = [condition, *(act.condition for act in acts if isinstance(act, ir.Branch | ir.Loop))]
     chance = any(isinstance(leaf, ir.Apply) and leaf.op == Op.RANDOM for each in asked for leaf in leaves(each))
@@ -55,7 +55,7 @@ def _changes(condition: ir.Expr, body: ir.Block) -> bool:
 
 
 def _passes(block: ir.Block) -> bool:
-    """Whether there is surely a way to the end of the block without an action. What is not sure is not."""
+    """Return whether the end of the block is certainly reachable without an action."""
     for act in block:
         match act:
             case ir.Branch(then=then, otherwise=otherwise):
@@ -69,7 +69,7 @@ def _passes(block: ir.Block) -> bool:
 
 
 def check_handler(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
-    """A handler that ends without acting is asked for again at once."""
+    """Refuse a handler that ends without acting: its condition would be evaluated again at once."""
     if not _goes_on(condition, body):
         ev.report(NEVER_ACTS.at(span, what="handler", words=_words(ev)))
 

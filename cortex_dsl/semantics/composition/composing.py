@@ -1,8 +1,8 @@
-"""`compose` blocks: the acts of a scenario's coroutine, and of those that it starts.
+"""Compile `compose` blocks: the acts of a scenario's coroutine, and of the scenarios that it starts.
 
-A scenario that is started is a coroutine of its own with a higher number than the one that starts it, which gives it
-its turns until it has ended: its objects come in, its rules hold, its `compose` runs. What an interrupt leaves behind
-by `abort`, and what `until` or `for` end, is stopped with the behaviours of its objects; what it interrupts waits.
+A started scenario is a coroutine with a higher number than its parent, which gives it its turns until its end: its
+objects appear, its rules hold, its `compose` runs. A scenario that an interrupt leaves by `abort`, or that `until` or
+`for` ends, is stopped with the behaviours of its objects; an interrupted scenario waits.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,7 +17,7 @@ from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
 from cortex_dsl.semantics.acting.statements import known_number, required_monitor
 from cortex_dsl.semantics.composition.setting_up import place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import (
+from cortex_dsl.semantics.errors.runs import (
     LATER_TEMPORAL,
     MADE_AGAIN,
     NOT_A_SCENARIO,
@@ -123,8 +123,9 @@ class Coroutine:
             yield len(run.built.monitors) - 1
 
     def _until(self, body: Body, acts: ir.Block, number: int) -> ir.Block:
-        """What `terminate when` of the setup does: it is asked for once the `compose` has had its turn, as in Scenic,
-        so that it sees what began in the same sample.
+        """Return the acts for `terminate when` of the setup.
+
+        As in Scenic, the condition is evaluated after the turn of `compose`, so that it sees events of the same sample.
         """
         span, name, scope = self.span, self.composer.node.name, body.ev.run.new_scope(self.span)
         body.ev.run.built.monitors[number] = ir.Monitor(name, acts, Turns.CALLED, span)
@@ -141,8 +142,9 @@ class Coroutine:
         return (ir.Start(span, number), ir.Scope(span, name, scope, (ir.Loop(span, going, turn),)))
 
     def _time_limits(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[Term, ir.Block], ...]]:
-        """What `terminate after` of the setup does: acts at the start, and handlers. What must hold while the scenario
-        runs must hold at its last sample too.
+        """Return the acts for `terminate after` of the setup: acts at the start, and handlers.
+
+        Conditions that must hold while the scenario runs must also hold at its last sample.
         """
         clock: list[ir.Act] = []
         handlers = []
@@ -181,7 +183,7 @@ def place(ev: Evaluator, instance: Instance) -> Evaluator:
     return ev.at_moment(Moment(scenario=instance))
 
 
-# -- what a `compose` does ---------------------------------------------------------------------------------------------
+# -- statements of a `compose` -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -204,7 +206,7 @@ class Composer(Inliner):
 
     @property
     def acts(self) -> bool:
-        """Whether it is there while it runs: it composes, or has guards."""
+        """Return whether it has acts while it runs: it composes, or has guards."""
         return bool(self.node.compose or self.node.preconditions or self.node.invariants)
 
     # -- its own block -----------------------------------------------------------------------------------------------
@@ -226,7 +228,7 @@ class Composer(Inliner):
         during = bodies.tested_guards(body.ev, node.invariants, "invariant", node.name, condition, call)
         return before, during
 
-    # -- what it starts ----------------------------------------------------------------------------------------------
+    # -- started scenarios ---------------------------------------------------------------------------------------------
 
     def mark(self) -> int:
         return len(self.instance.children)
@@ -294,7 +296,11 @@ class Composer(Inliner):
         return len(monitors) - 1
 
     def _once(self, child: "Child", made: Sequence[Actor], call: ScenarioCall, moment: Moment) -> "Child":
-        """What makes objects can start once: refused in a loop, and in a handler the run is aborted the second time."""
+        """Return a child that starts at most once, since it makes objects.
+
+        Raises:
+            Mistake: it starts in a loop. In a handler, the second start aborts the run.
+        """
         if moment.looping:
             here = Label(made[0].span, "made here")
             raise MADE_AGAIN.mistake(call.span, name=call.name, secondary=(here,))

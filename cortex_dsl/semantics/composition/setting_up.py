@@ -1,11 +1,11 @@
-"""Setting up the parts of a program: the top level of a file, the files that it imports, and modular scenarios.
+"""Set up the parts of a program: the top level of a file, the files that it imports, and modular scenarios.
 
 As in Scenic, an import brings the objects and requirements of a file along with its definitions. Each imported file
-runs once in a variant, with variables of its own, and is then shared by name. What decides about the run as a whole
-stays with the file that is run.
+runs once in a variant, with variables of its own, and is then shared by name. Only the main file decides about the run
+as a whole.
 
-The scenario that the run is shares the run with the top level of its file. Those that a `compose` starts are set up
-with the scene too; their objects wait outside until the scenario starts, unless it surely starts with the run.
+The scenario to run shares the run with the top level of its file. Scenarios that a `compose` starts are set up with the
+scene too; their objects wait outside until the scenario starts, unless it certainly starts with the run.
 Source: Scenic 3 reference, "Modular Scenario Definition", and its tutorial "Composing Scenarios".
 """
 
@@ -16,7 +16,7 @@ from cortex_dsl.semantics.acting.statements import TOP_LEVEL, Run
 from cortex_dsl.semantics.composition.overriding import override
 from cortex_dsl.semantics.errors.names import NOT_IN_FILE, NOT_IN_IMPORT
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
-from cortex_dsl.semantics.errors.scenarios import NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
+from cortex_dsl.semantics.errors.runs import NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
 from cortex_dsl.semantics.evaluation import making, mutation
 from cortex_dsl.semantics.interpreter import control, functions
 from cortex_dsl.semantics.model.context import Evaluator, Moment
@@ -87,8 +87,9 @@ def _targets(statement: nodes.Statement) -> tuple[str, ...]:
 def run_module(
     ev: Evaluator, statements: Sequence[nodes.Statement], first: int = 0, marks: Marks | None = None
 ) -> None:
-    """Run the statements of a file's top level, or go on with the one numbered `first`; behaviours, monitors and
-    scenarios are known from its start.
+    """Run the statements of a file's top level, or continue with the statement numbered `first`.
+
+    Behaviours, monitors and scenarios are known from the start of the file.
     """
     if not first:
         ev.names.update(_definitions(ev, statements))
@@ -128,7 +129,7 @@ def _names_of(ev: Evaluator, span: Span) -> tuple[ImportedFile, dict[str, Value]
 
 
 def _belongs(ev: Evaluator, statement: nodes.Statement) -> bool:
-    """Whether a statement of an imported file can be honoured; says why not."""
+    """Return whether a statement of an imported file takes effect; report the reason if not."""
     if isinstance(statement, nodes.Model):
         return False
     word, reason = OF_THE_RUN.get(type(statement), ("", ""))
@@ -185,7 +186,7 @@ COMPOUND: Mapping[type, Callable[..., None]] = {
     nodes.For: control.loop_over,
     nodes.While: control.loop_while,
 }
-"""Statements with blocks, which are run by what runs the statements around them."""
+"""Statements with blocks; the runner of the surrounding statements runs them."""
 
 # -- which scenario runs -----------------------------------------------------------------------------------------------
 
@@ -193,7 +194,7 @@ MAIN = "Main"
 
 
 def entry(module: nodes.Module, name: str | None, findings: Findings) -> nodes.ScenarioDefinition | None:
-    """The one to run: the one named, else `Main`, else the only one that can run by itself and that none starts."""
+    """Return the scenario to run: the named one, else `Main`, else the only unstarted one without arguments."""
     known = {s.name: s for s in module.statements if isinstance(s, nodes.ScenarioDefinition)}
     wanted = name or pinned_scenario(module) or (MAIN if MAIN in known else None)
     if wanted is not None:
@@ -239,12 +240,12 @@ def _without_arguments(node: nodes.ScenarioDefinition, findings: Findings) -> no
 
 
 def place_of(ev: Evaluator, scenario: ScenarioValue, instance: Instance) -> Evaluator:
-    """Where the setup of a scenario is evaluated."""
+    """Return the evaluator for the setup of a scenario."""
     return ev.at_home(scenario.home).inside(instance.names).at_moment(Moment(scenario=instance))
 
 
 def set_up(ev: Evaluator, scenario: ScenarioValue, instance: Instance, arguments: dict[str, Value]) -> None:
-    """Run the setup of a scenario: its objects are made and numbered; what speaks of the run is kept for later."""
+    """Run the setup of a scenario: make and number its objects; store the statements about the run."""
     node, here = scenario.node, place_of(ev, scenario, instance)
     for parameter in node.parameters:
         if parameter.name in arguments:
@@ -279,7 +280,7 @@ def _set_up_by(ev: Evaluator, statement: nodes.Statement, instance: Instance) ->
 
 
 def number(run: VariantState) -> None:
-    """Number the objects made so far: the ego is 0, once there is one."""
+    """Number the objects made so far: the ego, if it exists, is 0."""
     for actor in run.built.actors:
         if actor.index < 0 and actor is run.ego:
             actor.index = 0

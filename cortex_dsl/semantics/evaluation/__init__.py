@@ -1,1 +1,1 @@
-"""What expressions are worth: a module for each family."""
+"""Evaluation of expressions: a module for each family."""

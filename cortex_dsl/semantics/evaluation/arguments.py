@@ -1,4 +1,4 @@
-"""Arguments of calls: evaluated, unpacked and bound to the parameters of what is called."""
+"""Arguments of calls: evaluated, unpacked and bound to the parameters of the callee."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -29,7 +29,7 @@ class Given:
     name: str | None = None
     node: nodes.Expression | None = None
     whole: Span | None = None
-    """With the name in front of it."""
+    """Span that includes the name in front of the value."""
 
     @property
     def place(self) -> Span:
@@ -45,7 +45,7 @@ def evaluate_arguments(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> li
 
 
 def evaluate_each(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> tuple[list[Given], bool]:
-    """The arguments that can be evaluated, and whether there are others; what is wrong with those is reported."""
+    """Return the arguments that can be evaluated, and whether others failed; report the errors of those."""
     given: list[Given] = []
     broken = False
     for argument in arguments:
@@ -71,7 +71,7 @@ def items_of(value: Value, span: Span, what: str = "this") -> tuple[Value, ...]:
 
 @frozen
 class Slot:
-    """What binding needs to know of a parameter."""
+    """Properties of a parameter that binding reads."""
 
     name: str
     optional: bool = False

@@ -1,9 +1,9 @@
-"""`network.laneAt(point)` and its like: what lies where somebody stands. Lanes are known during the run, too."""
+"""`network.laneAt(point)` and similar queries of the map at a position; lanes are known during the run, too."""
 
 import math
 from collections.abc import Callable, Mapping
 
-from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
+from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN
 from cortex_dsl.semantics.evaluation.geometry import current_pose, position
 from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
 from cortex_dsl.semantics.evaluation.roads import network_of
@@ -27,7 +27,7 @@ def lane_under(ev: Evaluator, place: Value) -> Value:
 
 
 def _only_lane(ev: Evaluator, point: Vector) -> Lane | None:
-    """The lane at a point that is known, where it lies in no other: one that can be asked for all that it has."""
+    """Return the lane at a known point if no other lane covers it; all of its attributes are then available."""
     x, y = closed_value(point.x), closed_value(point.y)
     if x is None or y is None:
         return None
@@ -63,7 +63,7 @@ _KINDS: Mapping[str, Callable[[Network, Lane | Point], Value]] = {
 
 
 def _known(ev: Evaluator, place: Value, name: str) -> Lane | Point:
-    """The lane that somebody was put on, or a point whose numbers are known.
+    """Return the lane on which an object was placed, or a point with known coordinates.
 
     Raises:
         Mistake: only the run knows it, or it is no place.

@@ -1,15 +1,14 @@
-"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for."""
+"""`x.name`: attributes of lanes, maneuvers, intersections, the network, places and objects."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.compile_time import LAST_ACTIONS
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
-from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
-from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
+from cortex_dsl.semantics.errors.runs import NOT_STARTED, ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.scene import NOT_ON_GRID
+from cortex_dsl.semantics.errors.values import LAST_ACTIONS
 from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals
 from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
@@ -163,13 +162,13 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
 _BY_TYPE: Mapping[type, Mapping[str, Callable[..., Value]]] = {
     kind: table for kind, table in _TABLES if kind is not LaneSection
 }
-"""Of what has no attributes but those of its table."""
+"""Attributes of the types that have no others than those of their table."""
 
 _BESIDE: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (SimulationNow, over_run.OF_SIMULATION),
     (Items, _OF_LISTS),
 )
-"""What has attributes and is neither a thing of the road nor a place."""
+"""Types with attributes that are neither road elements nor places."""
 
 _STATES: dict[str, tuple[State, ir.Dimension]] = {
     "speed": (State.SPEED, SPEED),
@@ -177,11 +176,11 @@ _STATES: dict[str, tuple[State, ir.Dimension]] = {
     "throttle": (State.THROTTLE, PURE),
     "brake": (State.BRAKE, PURE),
 }
-"""Attributes of objects that the run changes, beside the pose."""
+"""Attributes of objects that the run changes, except the pose."""
 
 POSE_ATTRIBUTES = frozenset(_POSE)
 RUNNING_ATTRIBUTES = frozenset({*_STATES, "x", "y"} - {"speed"})
-"""What a class cannot have a property for: the run sets it."""
+"""Attributes that a class cannot have as properties, since the run sets them."""
 
 _OF_PLACE: Mapping[str, Callable[[Value], Value]] = {
     "lane": lambda lane: lane,
@@ -189,7 +188,7 @@ _OF_PLACE: Mapping[str, Callable[[Value], Value]] = {
     "laneGroup": lambda lane: group_of(known) if isinstance(known := lanes.chosen(lane), Lane) else None,
     "oppositeLaneGroup": lambda lane: opposite_group(known) if isinstance(known := lanes.chosen(lane), Lane) else None,
 }
-"""What an object can be asked about the lane that it is on; with `_` in front too, as in Scenic."""
+"""Attributes of an object that concern its present lane; also with a leading `_`, as in Scenic."""
 
 _NOT_ON_A_GRID = frozenset(
     {
@@ -197,7 +196,7 @@ _NOT_ON_A_GRID = frozenset(
         "shoulderRegion", "crossings", "crossingRegion", "bikeLane", "openDriveID", "connectingRoads",
     }
 )  # fmt: skip
-"""What Scenic's networks have and a grid of lanes has not."""
+"""Attributes of Scenic's networks that a grid of lanes lacks."""
 
 
 def attribute_names() -> frozenset[str]:
@@ -257,7 +256,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
 
 
 def _of_an_item(items: tuple[Value, ...], name: str) -> str:
-    """What to write for an attribute that a list does not have; a trajectory is one of lanes."""
+    """Return a cure for an attribute that a list does not have; a trajectory is a list of lanes."""
     place = {"startLane": 0, "connectingLane": 1, "endLane": len(items) - 1}.get(name)
     if items and place is not None and place < len(items) and all(isinstance(item, Lane) for item in items):
         return f"it is a list of lanes; write `[{place}]` for this one"
@@ -273,7 +272,7 @@ def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:
 
 
 def _of_scenario(ev: Evaluator, call: ScenarioCall, name: str, span: Span) -> Value:
-    """A variable of a scenario that another one has started."""
+    """Return a variable of a scenario that the present one has started."""
     if call.instance is None:
         raise NOT_STARTED.mistake(span, name=call.name)
     return ev.usable(_of(name, span, f"the scenario `{call.name}`", call.instance.names))
@@ -321,14 +320,14 @@ _OF_ACTOR: Mapping[str, Callable[[Evaluator, Actor], Value]] = {
 
 
 def changing(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:
-    """What a property is during the run: what it was last set to, or what it began with."""
+    """Return a property during the run: its latest assigned value, or its first value."""
     cell, first = actor.cells[name], actor.properties[name]
     assert isinstance(first, Quantity | Truth)
     return replace(first, expr=where(ev.algebra.local(cell.assigned), ev.algebra.local(cell.value), first.expr))
 
 
 def _while_overridden(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:
-    """What a property is while scenarios may override it: of those that run the last one decides."""
+    """Return a property that scenarios may override: the value of the last running scenario in the list decides."""
     result = actor.properties[name]
     assert isinstance(result, Quantity | Truth)
     for monitor, value in actor.overridden[name]:

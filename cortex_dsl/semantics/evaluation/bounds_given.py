@@ -1,11 +1,17 @@
-"""Arguments of distributions as they are written: their unit, the order of bounds, and what a deviation may be."""
+"""Arguments of distributions as written: their unit, the order of bounds, and the permitted deviations."""
 
 import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.chance import BAD_DEVIATION, EMPTY_RANGE, REVERSED_RANGE, TURNED_RANGE
-from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
+from cortex_dsl.semantics.errors.values import (
+    BAD_DEVIATION,
+    EMPTY_RANGE,
+    NOT_FINITE,
+    REVERSED_RANGE,
+    TURNED_RANGE,
+    TWO_UNITS,
+)
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin
 from cortex_dsl.semantics.model.context import Evaluator

@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.runs import MONITOR_USED, ONLY_WHILE_RUNNING, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
 from cortex_dsl.semantics.evaluation import (
     driving,
@@ -58,7 +57,7 @@ from engine.vocabulary import Command
 
 
 def scenic_steering(ev: Evaluator, steer: Given) -> Term:
-    """The steering angle, positive to the left [rad]; what has a unit of angle is one already."""
+    """Return the steering angle, positive to the left [rad]; a value with a unit of angle is used as it is."""
     given = numbers.quantity(steer.value, steer.span, "`steer`")
     if given.dimension == ANGLE or ev.moment.actor is None:
         return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
@@ -165,7 +164,7 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
 
 
 def _turn_into(ev: Evaluator, heading: Given, span: Span) -> Term:
-    """By how much who acts is to turn, to head as asked for; who walks turns at once."""
+    """Return the turn of the acting object to a heading [rad]; a pedestrian turns at once."""
     if (actor := ev.moment.actor) is None:
         raise ONLY_WHILE_RUNNING.mistake(span, what="the pedestrian")
     pose = geometry.current_pose(ev, actor)
@@ -194,7 +193,7 @@ def scenario_call(ev: Evaluator, scenario: ScenarioValue, node: nodes.Call) -> S
 
 
 def as_scenario(value: Value, span: Span) -> ScenarioCall | None:
-    """A scenario ready to be started; one that was not called takes no arguments."""
+    """Return a scenario that is ready to start; a scenario that was not called has no arguments."""
     if isinstance(value, ScenarioValue):
         bind_parameters(value.node, [], span)
         return ScenarioCall(value, {}, {}, span)
@@ -217,7 +216,7 @@ def _behaviour(behaviour: BehaviourValue | BuiltinValue, bound: dict[str, Given]
 
 
 def as_behaviour(value: Value, span: Span) -> BehaviourCall | None:
-    """A behaviour with its arguments; one that was not called takes none."""
+    """Return a behaviour with its arguments; a behaviour that was not called has none."""
     match value:
         case BehaviourCall():
             return value

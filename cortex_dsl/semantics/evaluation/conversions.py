@@ -6,7 +6,7 @@ from itertools import permutations
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.ir import Dimension
-from cortex_dsl.semantics.errors.quantities import CONVERTED_TWICE
+from cortex_dsl.semantics.errors.values import CONVERTED_TWICE
 from cortex_dsl.semantics.model.values import Quantity
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import PURE, UNITS, Unit, dimension_name
@@ -32,7 +32,7 @@ def converted_twice(operator: str, left: Quantity, right: Quantity, node: nodes.
 
 
 def _conversions(dimension: Dimension, factors: Iterable[float]) -> Iterator[tuple[Unit, Unit]]:
-    """The units between which one of the factors converts; powers of ten and of sixty also have other uses."""
+    """Yield the pairs of units between which one of the factors converts; whole ratios also have other uses."""
     units = [unit for unit in UNITS.values() if unit.dimension == dimension]
     for start, end in permutations(units, 2):
         ratio = start.factor / end.factor

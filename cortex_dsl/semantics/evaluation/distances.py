@@ -1,6 +1,6 @@
 """`distance from … to …` and `intersects`: between places, outlines, lines and regions."""
 
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation.geometry import between, ego_of, outline, position, region_of
 from cortex_dsl.semantics.evaluation.lanes import of_each
 from cortex_dsl.semantics.model.areas import Area
@@ -53,7 +53,7 @@ def _gap(ev: Evaluator, origin: Value, target: Value, node: nodes.Distance) -> T
 
 
 def _between_outlines(ev: Evaluator, one: Value, other: Value, one_span: Span, other_span: Span) -> Term:
-    """Distance of two outlines [m]; where contact is judged, 0 between the ego and whom it has touched."""
+    """Return the distance of two outlines [m]; in contact rules, 0 between the ego and an actor that it touched."""
     gap = box_distance(outline(ev, one, one_span), outline(ev, other, other_span))
     if ev.moment.judged and isinstance(one, Actor) and isinstance(other, Actor) and ev.run.ego in (one, other):
         return where(ev.algebra.touches((other if one is ev.run.ego else one).index), 0.0, gap)
@@ -75,7 +75,7 @@ def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: st
 
 
 def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
-    """Whether two outlines, or an outline and a region, have a point in common."""
+    """Return whether two outlines, or an outline and a region, have a common point."""
     left, right = ev.evaluate_all((node.left, node.right))
     if _is_area(left) or _is_area(right):
         item, area = (right, left) if _is_area(left) else (left, right)

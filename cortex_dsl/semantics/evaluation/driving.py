@@ -1,15 +1,14 @@
-"""Functions of Scenic's driving domain and of its CARLA model: who is near, what the traffic lights show, and how
-behaviours and monitors change them, by setting a light or stopping the clock of all.
+"""Functions of Scenic's driving domain and of its CARLA model: nearby objects, and traffic lights.
 
-Names and meaning are those of Scenic's driving domain: distances are from centre to centre.
+Behaviours and monitors change lights by setting a light or stopping the clock of all lights. Names and meaning are
+those of Scenic's driving domain: distances are from centre to centre.
 """
 
 import math
 from collections.abc import Callable, Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.objectives import NOT_JUDGED
+from cortex_dsl.semantics.errors.runs import NOT_JUDGED, ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
@@ -74,7 +73,7 @@ def _limit(ev: Evaluator, name: str, distance: Given) -> Term:
 
 
 def any_cars(ev: Evaluator, car: Given, distance: Given, span: Span) -> Value:
-    """Whether another vehicle, seen or not, is near."""
+    """Return whether another vehicle, seen or not, is near."""
     while_running(ev, span, "withinDistanceToAnyCars")
     actor, limit = actor_of(car, "`car`"), _limit(ev, "withinDistanceToAnyCars", distance)
     here = current_pose(ev, actor)
@@ -90,7 +89,7 @@ def any_cars(ev: Evaluator, car: Given, distance: Given, span: Span) -> Value:
 
 
 def any_pedestrians(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
-    """Whether a person that the vehicle sees is near its front."""
+    """Return whether a person that the vehicle sees is near its front."""
     while_running(ev, span, "withinDistanceToAnyPedestrians")
     actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToAnyPedestrians", distance)
     front = _front(ev, actor)
@@ -117,7 +116,7 @@ def _front(ev: Evaluator, actor: Actor) -> Pose:
 
 
 def objects_in_lane(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
-    """Whether the vehicle sees another that is near and in the same lane, or in the same intersection."""
+    """Return whether the vehicle sees another vehicle nearby in the same lane, or in the same intersection."""
     while_running(ev, span, "withinDistanceToObjsInLane")
     actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToObjsInLane", distance)
     here = current_pose(ev, actor)
@@ -131,7 +130,7 @@ def _in_lane(ev: Evaluator, actor: Actor, here: Pose, other: Actor, limit: Term)
 
 
 def together(ev: Evaluator, here: Pose, there: Pose) -> Term:
-    """Whether two places lie in one intersection, or in one lane outside of it."""
+    """Return whether two places lie in one intersection, or in one lane outside of it."""
     network = network_of(ev)
     lane = index_of(ev, lane_at(ev, here))
     assert lane is not None
@@ -144,7 +143,7 @@ def together(ev: Evaluator, here: Pose, there: Pose) -> Term:
 
 
 def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) -> Value:
-    """Distance to the nearest other object of a class; infinite without one."""
+    """Return the distance to the nearest other object of a class [m]; infinite without one."""
     if not isinstance(kind, BuiltinValue) or kind.name not in ACTOR_KINDS:
         raise WRONG_KIND.mistake(
             span, what="`distanceToClosest`", expected="a class", actual=kind_name(kind), cure="as in `Car`"
@@ -155,7 +154,7 @@ def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) ->
 
 
 def collided(ev: Evaluator, actor: Actor, span: Span) -> Value:
-    """`self.collided`: that the ego has touched anybody."""
+    """Return `self.collided`: whether the ego has touched any actor."""
     if not ev.moment.judged or actor is not ev.run.ego:
         raise NOT_JUDGED.mistake(span)
     return Truth(ev.algebra.touches())
@@ -167,18 +166,18 @@ OF_OBJECTS: Mapping[str, Callable[[Evaluator, Actor, Span], Value]] = {
     ),
     "collided": collided,
 }
-"""What only objects can be asked, beside their state and place."""
+"""Attributes that only objects have, except their state and place."""
 
 
 def closest(ev: Evaluator, actor: Actor, candidates: list[Actor]) -> Term:
-    """Least distance to one of several objects that take part [m]; infinite without one."""
+    """Return the least distance to present objects [m]; infinite without any."""
     here = current_pose(ev, actor)
     distances = [where(is_present(ev, each), between(here, current_pose(ev, each)), math.inf) for each in candidates]
     return ev.algebra.least(distances)
 
 
 def time_to_collision(ev: Evaluator, first: Given, second: Given | None, span: Span) -> Value:
-    """Time until two outlines touch if both keep their velocities; of one alone, the least over all others."""
+    """Return the time until two outlines touch at constant velocities [s]; without `second`, the least over all."""
     while_running(ev, span, "timeToCollision")
     actor = actor_of(first, "`object`")
     other = -1 if second is None or second.value is None else actor_of(second, "`other`").index
@@ -231,7 +230,7 @@ def freeze(ev: Evaluator, span: Span) -> Effect:
 
 
 def unfreeze(ev: Evaluator, span: Span) -> Effect:
-    """Let the clock of the lights go on where it stood."""
+    """Restart the clock of the lights at the time at which it was stopped."""
     plan, algebra = needed(ev, span, "`unfreezeTrafficLights`"), ev.algebra
     assert plan.controls is not None
     frozen, lost = algebra.local(plan.controls.frozen), algebra.local(plan.controls.lost)

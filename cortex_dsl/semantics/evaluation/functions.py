@@ -1,14 +1,14 @@
-"""What the built-in functions do. Each takes the evaluator, its arguments and the place of the call."""
+"""Built-in functions. Each takes the evaluator, its arguments and the place of the call."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import and_, or_
 
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.chance import NOT_WHOLE
+from cortex_dsl.semantics.errors.runs import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import (
     DIMENSION_MISMATCH,
+    NOT_WHOLE,
     OUT_OF_RANGE,
     TOO_FEW_ARGUMENTS,
     WRONG_KIND,
@@ -31,7 +31,7 @@ from engine.operators import Function as FunctionRow
 from engine.road.network import Intersection, Lane, Maneuver
 
 Meaning = Callable[..., Value]
-"""What a function does: it takes the evaluator, its arguments in order, and the place of the call."""
+"""Function of the evaluator, the arguments in order, and the place of the call."""
 
 RANGE_LIMIT = 10_000
 """Longest list that `range` makes."""
@@ -197,12 +197,13 @@ def _kept(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -
 
 
 OF_THE_PLAN = frozenset({"signal", "signals", "isSignalized"})
-"""What elements of the road are asked that a statement of the file decides."""
+"""Attributes of road elements that a statement of the file decides."""
 
 
 def _is_of_the_road(ev: Evaluator, closure: Closure, body: nodes.Expression, among: Sequence[Value]) -> bool:
-    """Whether a lambda asks elements of the road, which all variants share, for what each of them is: it is worked out
-    once, for a town has hundreds.
+    """Return whether a lambda reads only fixed attributes of road elements, which all variants share.
+
+    Its result is then computed once, since a town has hundreds of elements.
     """
     if ev.observe is not None:
         return False

@@ -7,10 +7,10 @@ Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as 
 import math
 
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.objects import EGO_NEEDED
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import LATER_PLACE
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.runs import LATER_PLACE
+from cortex_dsl.semantics.errors.scene import EGO_NEEDED
 from cortex_dsl.semantics.errors.values import OUT_OF_RANGE, WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt
@@ -50,7 +50,7 @@ from engine.vocabulary import State
 
 
 def current_pose(ev: Evaluator, actor: Actor) -> Pose:
-    """Where an object is: at the start for the scene, at the moment during the run."""
+    """Return the pose of an object: at the start for the scene, at the present sample during the run."""
     if not ev.moment.running:
         check_settled(ev, actor)
         return actor.pose
@@ -59,7 +59,11 @@ def current_pose(ev: Evaluator, actor: Actor) -> Pose:
 
 
 def check_settled(ev: Evaluator, actor: Actor) -> None:
-    """What an object is at the start says nothing about a scenario that starts later."""
+    """Refuse to read the start of an object for a scenario that starts later.
+
+    Raises:
+        Mistake: the scenario of this moment starts later.
+    """
     scenario = ev.moment.scenario
     if actor.scenario is not None and actor.scenario is scenario and not ev.moment.later:
         return
@@ -73,7 +77,7 @@ NORTH = math.pi / 2
 
 
 def as_written(ev: Evaluator, heading: Term) -> Term:
-    """A heading as the file counts it: from the north in Scenic's files, from the east in others."""
+    """Return a heading in the convention of the file [rad]: from north in Scenic's files, from east otherwise."""
     return heading - NORTH if ev.file.from_scenic else heading
 
 
@@ -98,7 +102,7 @@ def is_present(ev: Evaluator, actor: Actor) -> Term:
 
 
 def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
-    """All objects of the scene but one."""
+    """Return all objects of the scene except `actor`."""
     return tuple(each for each in ev.run.built.actors if each is not actor)
 
 
@@ -157,7 +161,7 @@ def position(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Vec
 
 
 def pose_of(ev: Evaluator, value: Value) -> Pose | None:
-    """Place and heading of what has both."""
+    """Return the pose of a value with place and heading; None for other values."""
     if isinstance(value, Actor):
         return current_pose(ev, value)
     return value if isinstance(value, Pose) else None
@@ -182,7 +186,11 @@ _AN_OFFSET = "as in `(2 m, 10 m)`: so far to the right, and so far ahead"
 
 
 def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
-    """What elided operands mean."""
+    """Return the ego, the default of an omitted operand.
+
+    Raises:
+        Mistake: there is no ego.
+    """
     if ev.ego is not None:
         return ev.ego
     if ev.has("ego") or ev.moment.running:
@@ -211,7 +219,7 @@ def heading_at(ev: Evaluator, value: Value, point: Vector, span: Span) -> Term:
 
 
 def bearing(origin: Vector, target: Vector) -> Term:
-    """Heading of the way from one point to another."""
+    """Return the heading from one point to another [rad]."""
     return atan2(target.y - origin.y, target.x - origin.x)
 
 
@@ -223,11 +231,11 @@ def outline(ev: Evaluator, value: Value, span: Span) -> Term:
     return ev.algebra.pack(point.x, point.y, zero, zero, zero)
 
 
-# -- who looks --------------------------------------------------------------------------------------------------------
+# -- viewers -----------------------------------------------------------------------------------------------------------
 
 
 def viewer(ev: Evaluator, value: Value, span: Span) -> Actor | Pose | Vector:
-    """What looks: an object, or a place, which needs no heading to look all around."""
+    """Return the viewer: an object, or a place; a plain point looks in all directions and needs no heading."""
     return value if isinstance(value, Actor | Vector) else oriented(ev, value, span, "what sees")
 
 
@@ -239,7 +247,7 @@ def looking(ev: Evaluator, viewer: Actor | Pose | Vector) -> Pose:
 
 
 def view_of(ev: Evaluator, viewer: Actor | Pose | Vector) -> View:
-    """What an object or a place sees if nothing hides anything."""
+    """Return the field of view of an object or a place without occlusion."""
     if isinstance(viewer, Actor):
         return View(size_of(viewer, "visibleDistance"), size_of(viewer, "viewAngle"))
     return viewer.view or View(ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau))
@@ -280,7 +288,7 @@ def _inside_area(ev: Evaluator, item: Value, area: Area, span: Span) -> Term:
 
 
 def in_sector(ev: Evaluator, sighted: Sighted, point: Vector) -> Term:
-    """Whether a point is in the view of who looks, whatever hides it; the other way round for what is out of view."""
+    """Return whether a point is in the field of view, or outside it if `sighted` says so; occlusion is ignored."""
     viewer = sighted.viewer
     pose = looking(ev, viewer)
     view, start = view_of(ev, viewer), Vector(pose.x, pose.y)

@@ -1,6 +1,6 @@
-"""Lanes, their sections, groups and roads as Scenic's scripts ask for them, also where only the run knows the lane.
+"""Lanes, their sections, groups and roads as in Scenic's scripts, also for lanes that only the run knows.
 
-The lane on which an object is now is a number, the lane's index; what belongs to it is looked up in tables.
+The present lane of an object is a number, the index of the lane; its attributes are looked up in tables.
 """
 
 import math
@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
 from cortex_dsl.semantics.errors.problems import NeedsExpansion, Rejection
+from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
 from cortex_dsl.semantics.model.context import Evaluator
@@ -69,13 +69,13 @@ def _speed_limit(ev: Evaluator, lane: Lane) -> Value:
 
 
 def limit_on(ev: Evaluator, lane: Term) -> Term:
-    """What signs allow on a lane of that index [m/s]; infinity where they say nothing."""
+    """Return the speed limit of a lane by its index [m/s]; infinite without a sign."""
     limits = [each.speed_limit or math.inf for each in network_of(ev).lanes]
     return looked_up(ev, lane, limits, missing=math.inf)
 
 
 def _route(ev: Evaluator, lane: Lane, end: Value) -> tuple[Lane, ...]:
-    """The lanes from one to another one, by the shortest way; no scene where none leads there."""
+    """Return the lanes of the shortest way from one lane to another; reject the scene if there is no way."""
     to = chosen(end.lane if isinstance(end, LaneSection) else end)
     if not isinstance(to, Lane):
         what = "what a route leads to"
@@ -108,7 +108,7 @@ OF_LANE: Mapping[str, Callable[[Evaluator, Lane], Value]] = {
     "adjacentLanes": lambda _, lane: tuple(filter(None, (to_left(lane), to_right(lane)))),
     "routeTo": lambda ev, lane: Closure(("lane",), lambda end: _route(ev, lane, end)),
 }
-"""What a lane can be asked beside its geometry."""
+"""Attributes of a lane except its geometry."""
 
 OF_SECTION: Mapping[str, Callable[[Evaluator, LaneSection], Value]] = {
     "lane": lambda _, section: section.lane,
@@ -172,7 +172,7 @@ def _id(lane: Lane | None) -> float:
 
 
 def of_each(ev: Evaluator, lane: Lane | LaneNow, name: str) -> Term:
-    """A number of a lane, by its name in `Lane`: of one that the scene draws it is looked up."""
+    """Return a number of a lane by its name in `Lane`; for a random lane, a lookup in a table."""
     if isinstance(lane, Lane):
         return ev.algebra.literal(float(getattr(lane, name)))
     return looked_up(ev, lane.id, [getattr(each, name) for each in network_of(ev).lanes])
@@ -248,7 +248,7 @@ def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
 
 
 LIGHT_OF_THE_RUN = "ask with `getClosestTrafficLightStatus(car)` what the light shows at the end of the lane of a car"
-"""What to write instead of the signal of a lane of the run."""
+"""Replacement for the signal of a lane that only the run knows."""
 
 _NUMBERS: Mapping[str, Callable[[Lane], float]] = {
     "width": lambda lane: lane.width,
@@ -318,7 +318,7 @@ OF_CENTERLINE: Mapping[str, Callable[[Evaluator, Centerline], Value]] = {
 
 
 def region_of(value: Value) -> Region | None:
-    """What something covers; None of what is no area."""
+    """Return the region that a value covers; None if the value has no area."""
     value = chosen(value)
     if isinstance(value, LaneSection):
         value = value.lane

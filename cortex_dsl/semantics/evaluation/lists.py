@@ -1,12 +1,18 @@
-"""Lists: written ones, comprehensions, items and slices, and `append`, which the compiler does at once."""
+"""Lists: displays, comprehensions, items and slices, and `append`, which the compiler executes at once."""
 
 from collections import Counter
 from collections.abc import Sequence
 
-from cortex_dsl.semantics.errors.compile_time import DEEP_LIST
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG, OUT_OF_RANGE, WRONG_KIND
+from cortex_dsl.semantics.errors.values import (
+    BAD_INDEX,
+    BAD_UNPACKING,
+    DEEP_LIST,
+    LIST_TOO_LONG,
+    OUT_OF_RANGE,
+    WRONG_KIND,
+)
 from cortex_dsl.semantics.evaluation import geometry, lanes
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
@@ -32,9 +38,9 @@ from cortex_dsl.syntax import nodes
 from engine.road.network import Maneuver
 
 DEEPEST = 50
-"""How deep lists may lie in one another."""
+"""Maximum nesting depth of lists."""
 PASSES = 4
-"""How often the items of a list are read that is spread in another."""
+"""Number of passes over the items of a list that is unpacked in another list."""
 
 
 def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Value:
@@ -76,7 +82,7 @@ def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
 def _generated(
     ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause], seen: list[Value]
 ) -> list[Value]:
-    """The items of a comprehension; `seen` receives what its last conditions are asked of."""
+    """Return the items of a comprehension; `seen` receives the items that its last conditions are evaluated for."""
     if not clauses:
         return [ev.evaluate(node.element)]
     clause, rest = clauses[0], clauses[1:]
@@ -149,7 +155,7 @@ def _slice(ev: Evaluator, node: nodes.Index, part: nodes.Slice) -> Value:
 
 
 def _what_there_is(items: tuple[Value, ...]) -> tuple[str, str]:
-    """Why a list is empty, where a condition chose its items, and which items can be asked for."""
+    """Return why a list is empty if a condition filtered its items, and the available items."""
     if items:
         return "", f"items count from 0: `[0]` to `[{len(items) - 1}]`; `[-1]` is the last"
     among = items.among if isinstance(items, Kept) else ()

@@ -6,10 +6,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.names import CLASS_ABOVE, UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
-from cortex_dsl.semantics.errors.objects import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
+from cortex_dsl.semantics.errors.names import (
+    CLASS_ABOVE,
+    NOT_SUPPORTED,
+    UNKNOWN_ATTRIBUTE,
+    UNKNOWN_CLASS,
+    UNKNOWN_PROPERTY,
+)
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
 from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
 from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
 from cortex_dsl.semantics.evaluation.attributes import property_value
@@ -36,7 +41,7 @@ SCENIC_SIZES: Mapping[ActorKind, Mapping[str, float]] = {
 }
 """Outlines in Scenic's driving model, which files with its `model` line have [m]."""
 SLIP = 0.8
-"""Similarity from which a property of a class of the file is taken for a misspelt one."""
+"""Similarity from which a property of a class counts as a misspelling."""
 
 
 def own_class(ev: Evaluator, name: str) -> ClassValue | None:
@@ -89,7 +94,7 @@ def _warn_of_slips(ev: Evaluator, made: ClassValue) -> None:
 
 @dataclass
 class ObjectBuilder:
-    """An object that is being made. Every property is worked out when it is first asked for."""
+    """An object under construction. Each property is evaluated at its first use."""
 
     ev: Evaluator
     kind: ActorKind
@@ -100,7 +105,7 @@ class ObjectBuilder:
     posed: Callable[[], Pose] | None = None
     values: dict[str, Value] = field(default_factory=dict)
     pending: dict[str, Span] = field(default_factory=dict)
-    """What is being worked out, with the place that asked for it."""
+    """Properties under evaluation, with the place of their use."""
     _pose: Pose | None = None
 
     def __post_init__(self) -> None:
@@ -111,17 +116,17 @@ class ObjectBuilder:
 
     @property
     def may_act(self) -> bool:
-        """Whether it may have a behaviour."""
+        """Return whether it may have a behaviour."""
         return self.plain or self.kind is not ActorKind.OBSTACLE
 
     def declares(self, name: str) -> bool:
         return name in self.defaults
 
     def properties(self) -> dict[str, Value]:
-        """All of them: those given first, in their order, then the defaults.
+        """Return all properties: first the given ones in their order, then the defaults.
 
         Raises:
-            Mistake: when one of them is wrong; every such one is reported.
+            Mistake: one of them is wrong; all wrong ones are reported.
         """
         self.check_doubles()
         results = [self.ev.tolerate(lambda name=name: self.get(name)) for name in self._names()]
@@ -131,7 +136,7 @@ class ObjectBuilder:
         return self.values
 
     def _check_speed(self) -> None:
-        """Nobody starts faster than it can drive; what has no bound is a requirement of the scene."""
+        """Check that the object starts no faster than its top speed; if unbounded, require it of the scene."""
         speed, top = self.ev.interval(self.number("speed")), self.ev.interval(self.number("topSpeed"))
         if not all(map(math.isfinite, (*speed, *top))) or speed[1] <= top[0] + numbers.ROUNDING * (1.0 + top[0]):
             return
@@ -192,7 +197,7 @@ class ObjectBuilder:
         return self._pose
 
     def default_place(self) -> Placement:
-        """What the class says about its position."""
+        """Return the default position of the class."""
         owner, default = self.defaults["position"]
         value = self._evaluator(owner).evaluate(default.value)
         point = geometry.position(self.ev, value, default.value.span, "the default of `position`")
@@ -200,12 +205,12 @@ class ObjectBuilder:
         return Placement(point, None) if pose is None else Placement(point, pose.heading, lane=pose.lane)
 
     def lies_anywhere(self) -> bool:
-        """Whether it need not lie on the road."""
+        """Return whether it may lie off the road."""
         given = "regionContainedIn" in self.defaults or any(w.property == "regionContainedIn" for w in self.given)
         return given and (self.get("regionContainedIn") is None or isinstance(self.get("regionContainedIn"), Area))
 
     def default_heading(self, point: Vector) -> Term | None:
-        """What the class says about its heading, if it does."""
+        """Return the default heading of the class [rad]; None if it has none."""
         if "heading" not in self.defaults:
             return None
         owner, default = self.defaults["heading"]
@@ -229,14 +234,17 @@ class ObjectBuilder:
         return checked(self.ev, name, self._adopted(name, value), node.value.span, may_act=self.may_act)
 
     def _is_own(self, name: str) -> bool:
-        """Whether a property that nobody declares is the file's own and no slip: of an `Object`, or asked for."""
+        """Return whether an undeclared property belongs to the file and is no misspelling.
+
+        It is set on an `Object`, or the file reads it.
+        """
         if not (self.plain or name in self.ev.file.attributes_read) or name in attributes.RUNNING_ATTRIBUTES:
             return False
         return not difflib.get_close_matches(name, (*all_properties(), *self.defaults), 1, SLIP)
 
     @property
     def plain(self) -> bool:
-        """Whether it is an `Object`, or of a class of the file that is made from nothing else."""
+        """Return whether it is an `Object`, or of a class of the file without another base."""
         return self.builtin in (None, "Object")
 
     def _adopted(self, name: str, value: Value) -> Value:
@@ -280,7 +288,7 @@ class ObjectBuilder:
         if name == "fixed":
             return self.number("mass") > model.fixed_above
         if name == "occluding" and self.ev.file.from_scenic:
-            return algebra.truth(True)  # as in Scenic, whose objects all do
+            return algebra.truth(True)  # as in Scenic, where all objects do
         if name == "occluding" and self.builtin in LOW:
             return algebra.truth(False)
         default: Term = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))

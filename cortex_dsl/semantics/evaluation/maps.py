@@ -6,10 +6,9 @@ from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
 
-from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
 from cortex_dsl.semantics.errors.values import NOT_FINITE
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
@@ -33,11 +32,11 @@ MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         for kind, spec in KINDS.items()
     }
 )
-"""By the word behind `map`."""
+"""Kinds of built-in maps, by the word after `map`."""
 WHOLE = frozenset({"ways", "lanes", "rows", "cols", "arms"})
 TRUTHS = frozenset({"left_hand", "one_way"})
 DIMENSIONS = {"bend": ANGLE, "speed_limit": SPEED}
-"""What the arguments are; the others are lengths."""
+"""Dimensions of the arguments; all others are lengths."""
 
 
 def lay_out(ev: Evaluator, node: nodes.Map) -> None:
@@ -117,10 +116,10 @@ def _kinds_like(kind: str) -> str:
 
 
 def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
-    """The road that is asked for.
+    """Return the specification of the road.
 
     Raises:
-        Mistake: no road fits; what is wrong with each argument has been reported.
+        Mistake: no road fits; the error of each argument has been reported.
     """
     given, mistaken = evaluate_each(ev, node.arguments)
     values: dict[str, float | bool] = {}
@@ -148,17 +147,17 @@ def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
 _ROOMY: Mapping[str, Mapping[str, float | bool]] = MappingProxyType(
     {"intersection": {"approach": 500.0}, "road": {"length": 2000.0}, "roundabout": {"approach": 500.0}}
 )
-"""In the place of lengths that could not be read: nothing is too far on it."""
+"""Lengths that replace unreadable arguments [m]: long enough that nothing is too far away."""
 
 
 def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:
-    """Whether the map that is gone on with is as long as the one that was meant."""
+    """Return whether the lengths of the map that replaces a wrong one are those that the file gives."""
     meant = {nearest(each.name, MAP_ARGUMENTS[node.kind]) for each in node.arguments if each.name is not None}
     return all(name in good or name not in meant for name in _ROOMY[node.kind])
 
 
 def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -> None:
-    """Take the arguments that can be read for the map, so that nothing below is judged by another one."""
+    """Use the readable arguments for the map, so that later statements are not checked against another map."""
     kind = KINDS[node.kind]
     spec, maker = kind(**values), MAKERS[kind]  # type: ignore[arg-type]
     if not list(wrong_numbers(spec)) and not list(maker.wrong(spec)):

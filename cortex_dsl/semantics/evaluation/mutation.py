@@ -1,15 +1,16 @@
-"""`mutate`: normal noise on the pose of what is made under a name.
+"""`mutate`: normal noise on the pose of named objects.
 
-`mutate` stands below the objects, but what is placed relative to a mutated object sees the mutated pose. So the
-statements of a scope are known before its objects are made. (Scenic adds the noise when all has been placed. Here a
-pose is the same wherever it is read, so that a concrete copy, which writes it down, places all others where they were.)
+`mutate` is below the objects in the file, but a place relative to a mutated object uses the mutated pose. So the
+statements of a scope are collected before its objects are made. (Scenic adds the noise after all objects are placed.
+Here a pose is the same wherever it is read, so that a concrete copy, which contains it, gives all other objects the
+same places.)
 """
 
 import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.objects import CANNOT_MUTATE, MUTATED_ALIAS
+from cortex_dsl.semantics.errors.scene import CANNOT_MUTATE, MUTATED_ALIAS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.random_values import SMALLEST_UNIFORM
 from cortex_dsl.semantics.evaluation.ranges import in_range
@@ -24,16 +25,16 @@ from cortex_dsl.syntax import nodes
 POSITION_DEVIATION = 1.0
 """Standard deviation of x and of y at scale 1, as in Scenic [m]."""
 HEADING_DEVIATION = math.radians(5.0)
-"""Of the heading, as in Scenic [rad]."""
+"""Standard deviation of the heading, as in Scenic [rad]."""
 
 
 def announce(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:
-    """Remember what a scope will mutate, before its statements run."""
+    """Store the mutations of a scope before its statements run."""
     ev.run.built.mutations[ev.scope_name] = [s for s in statements if isinstance(s, nodes.Mutate)]
 
 
 def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | None:
-    """The pose with its noise; None where nothing mutates what is called `name`."""
+    """Return the pose with its noise; None if no statement mutates `name`."""
     statement = _statement(ev, name, node)
     if statement is None:
         return None
@@ -52,7 +53,7 @@ def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | Non
 
 
 def _statement(ev: Evaluator, name: str, node: nodes.New) -> nodes.Mutate | None:
-    """The last one that means this object; without names it means all objects above it."""
+    """Return the last statement that mutates this object; a statement without names mutates all objects above it."""
     found = None
     for statement in ev.run.built.mutations.get(ev.scope_name, ()):
         everything = not statement.targets and node.span.start < statement.span.start

@@ -1,8 +1,8 @@
-"""Values as numbers: what a place adopts, what range it allows, which bare numbers look like a slip, and arithmetic.
+"""Values as numbers: adopted dimensions, permitted ranges, suspicious bare numbers, and arithmetic.
 
-Dimensions are checked; units were left behind at the literals. A bare number (dimension None) adopts the dimension of
-its place, and of the other side in sums and comparisons; in products and quotients it is pure. What is computed from
-bare numbers alone stays bare.
+Dimensions are checked; units end at the literals. A bare number (dimension None) adopts the dimension of its place, and
+of the other operand in sums and comparisons; in products and quotients it is pure. A result of bare numbers alone is
+bare.
 """
 
 import math
@@ -74,10 +74,10 @@ ROUNDING = 1e-9
 
 
 def quantity(value: Value, span: Span, what: str = "this", cure: str = "") -> Quantity:
-    """The value as a number; the cure is for what is none, and no text of one.
+    """Return the value as a number; `cure` is for a value that is neither a number nor a text of one.
 
     Raises:
-        Mistake: when the value is no number.
+        Mistake: the value is no number.
     """
     if isinstance(value, Quantity):
         return value
@@ -143,7 +143,7 @@ def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: s
 
 
 def unit_cure(dimension: Dimension) -> str:
-    """How numbers of a dimension are written, for the cure of one that has another."""
+    """Return an example of numbers of a dimension, as the cure for a number with another dimension."""
     words = unit_examples(dimension)
     if words:
         return f"units of {dimension_name(dimension).split(' ', 1)[1]}: {words}"
@@ -151,7 +151,7 @@ def unit_cure(dimension: Dimension) -> str:
 
 
 def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> None:
-    """Say what a bare number was understood as, where its size suggests that another unit was meant."""
+    """Warn about the assumed unit of a bare number if its size suggests another unit."""
     low, high = ev.interval(number.expr)
     value = high if abs(high) >= abs(low) else low
     if not math.isfinite(value):
@@ -171,7 +171,7 @@ def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Sp
 
 
 def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> tuple[Span, tuple[Label, ...]]:
-    """Of a slip: where a unit is missing, which for a param is its own line, and what else there is to see."""
+    """Return the place of a missing unit (the param's line if the number is a param), and labels for other places."""
     if not isinstance(number.expr, ir.Gene):
         return span, range_labels(number.expr, ev.file.genes)
     gene = next(islice(ev.file.genes.values(), number.expr.index, None))
@@ -199,7 +199,7 @@ def common(left: Dimension | None, right: Dimension | None, span: Span, joined: 
 
 @contextmanager
 def sides(left: tuple[Span, Value], right: tuple[Span, Value]) -> Iterator[None]:
-    """Operands that do not fit together are shown each with what it measures."""
+    """Label each operand with its dimension if the operands do not fit together."""
     try:
         yield
     except Mistake as mistake:

@@ -5,15 +5,14 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.names import UNKNOWN_CLASS, UNKNOWN_PROPERTY
-from cortex_dsl.semantics.errors.objects import (
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED, UNKNOWN_CLASS, UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.problems import Mistake, Problem
+from cortex_dsl.semantics.errors.scene import (
     NO_HEADING_YET,
     NO_PLACE,
     TWO_HEADINGS,
     TWO_PLACES,
 )
-from cortex_dsl.semantics.errors.problems import Mistake, Problem
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class
@@ -38,15 +37,15 @@ from engine.vocabulary import ActorKind
 
 @dataclass
 class SpecifierGroups:
-    """The specifiers of one `new` by what they say."""
+    """Specifiers of one `new`, grouped by their effect."""
 
     places: list[nodes.Specifier] = field(default_factory=list)
     facings: list[nodes.Facing] = field(default_factory=list)
     properties: list[nodes.With] = field(default_factory=list)
     sights: list[nodes.InSight] = field(default_factory=list)
-    """Who must see it, where another specifier says where it is."""
+    """Specifiers of visibility, if another specifier gives the place."""
     settled: Term | None = None
-    """The heading, where it had to be known before the place."""
+    """Heading, if it must be known before the place."""
 
 
 def new(ev: Evaluator, node: nodes.New) -> Value:
@@ -88,7 +87,7 @@ def _sorted(node: nodes.New) -> SpecifierGroups:
         else:
             result.places.append(specifier)
     if len(result.places) > 1:
-        # Beside another place, as in Scenic, `visible` says who must see it there.
+        # With another specifier of place, as in Scenic, `visible` names the viewer that must see the object there.
         result.sights = [each for each in result.places if isinstance(each, nodes.InSight)]
         others = [each for each in result.places if not isinstance(each, nodes.InSight)]
         result.places = others if others else [*result.sights]
@@ -146,7 +145,7 @@ def _own_view(ev: Evaluator, node: nodes.New, given: Sequence[nodes.With]) -> Vi
 def _posed(
     ev: Evaluator, node: nodes.New, found: SpecifierGroups, placement: Placement, default: Term, name: str
 ) -> Pose:
-    """Place and heading together, with the noise that `mutate` puts on what is called `name`."""
+    """Return place and heading with the noise of `mutate` for `name`."""
     heading = default if placement.heading is None else placement.heading
     if found.settled is not None:
         heading = found.settled
@@ -182,7 +181,7 @@ def _recorded_default(ev: Evaluator, node: nodes.New, found: SpecifierGroups, po
 
 
 def _record(ev: Evaluator, span: Span, placement: Placement, heading: Term | None) -> None:
-    """Note down what a specifier drew, for concrete copies."""
+    """Record the random values of a specifier, for concrete copies."""
     if placement.drawn:
         values = (placement.point.x, placement.point.y, *(() if heading is None else (heading,)))
         ev.run.decisions.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
@@ -226,8 +225,9 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: SpecifierGroups, making: O
 
 
 def _pose_or_anywhere(ev: Evaluator, making: ObjectBuilder, node: nodes.New, placed: list[Placement]) -> Pose:
-    """Where an object stands; where that is a mistake, which is reported, the middle of the map, so that those in its
-    behaviour are found too.
+    """Return the pose of an object; after a mistake, report it and return the middle of the map.
+
+    With that pose the mistakes in the behaviour of the object are found too.
     """
     try:
         return making.pose(node.span)
@@ -246,7 +246,7 @@ def _let_change(ev: Evaluator, actor: Actor) -> None:
 
 
 def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:
-    """What the specifiers ask of an object beside its place: the region that holds it, and who sees it."""
+    """Add the requirements of an object's specifiers: the region that contains it, and its visibility."""
     line = ev.file.line(node.span)
     own = None if placement.observed is not None else actor.properties.get("regionContainedIn")
     for region in (placement.contained, own):
@@ -314,7 +314,7 @@ def _actor_placement(making: ObjectBuilder, node: nodes.New, found: SpecifierGro
     if not found.places and making.declares("position"):
         return making.default_place()
     if not found.places:
-        # As in Scenic: what has a region of its own is anywhere in it, all else in the middle of the map.
+        # As in Scenic: an object with a region of its own is anywhere in it, any other object in the middle of the map.
         return at_origin(ev) if making.builtin in (None, "Object") else within(ev, ROAD)
     length, width = making.get("length"), making.get("width")
     assert isinstance(length, Term)

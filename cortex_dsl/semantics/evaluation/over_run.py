@@ -1,14 +1,13 @@
-"""Numbers of a whole run, for `maximize` and `minimize`: what a reducer makes of all samples, and results by name.
+"""Numbers of a whole run, for `maximize` and `minimize`: reductions over all samples, and results by name.
 
-Both are worked out when the run is over. Until then they are unknown numbers, which expressions read as locals: the
-number of the reading is the number of its local.
+Both are evaluated after the run. Until then they are unknown numbers, which expressions read as locals: the number of
+the reading is the number of its local.
 """
 
 from collections.abc import Callable, Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.objectives import NOBODY_ELSE
+from cortex_dsl.semantics.errors.runs import NOBODY_ELSE, ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Slot, bind, evaluate_arguments
 from cortex_dsl.semantics.model.context import Evaluator, Moment
@@ -37,7 +36,7 @@ def reducer_of(ev: Evaluator, function: nodes.Expression) -> str | None:
 
 
 def reduced(ev: Evaluator, reducer: str, node: nodes.Call) -> Value:
-    """One number of what changes during the run."""
+    """Return one number that reduces a value over the run."""
     given = evaluate_arguments(judged(ev), node.arguments)
     argument = bind(reducer, f"{reducer}(x)", [Slot("x")], given, node.span)["x"]
     value = argument.value
@@ -60,7 +59,7 @@ def result(ev: Evaluator, node: nodes.Name) -> Value:
     return Quantity(ev.algebra.local(reading), UNITS[row.unit].dimension if row.unit else PURE)
 
 
-# -- `simulation()`: the run while it goes on -----
+# -- `simulation()`: the present run -----
 
 
 def _simulation(ev: Evaluator, span: Span) -> Value:

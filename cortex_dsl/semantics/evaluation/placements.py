@@ -1,11 +1,9 @@
-"""Where something is placed: a point with what else its specifier says, and places that are drawn in regions and on
-lines.
-"""
+"""Placements: a point with the other values of its specifier; random places in regions and on lines."""
 
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.objects import BAD_REGION
+from cortex_dsl.semantics.errors.scene import BAD_REGION
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, lanes
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
@@ -22,23 +20,23 @@ from engine.road.sections import LaneSection
 
 @frozen
 class Placement:
-    """A point and, where the specifier gives one, a heading."""
+    """A point and, if the specifier gives one, a heading."""
 
     point: Vector
     heading: Term | None
     drawn: bool = False
-    """Whether the specifier itself drew it."""
+    """Whether the specifier itself sampled it."""
     lane: Lane | LaneNow | None = None
-    """The lane along which it lies, where that is known, or drawn with the scene."""
+    """Lane along which it lies, if that is known or sampled with the scene."""
     observed: tuple["Actor | Pose | Vector", bool] | None = None
-    """Who must see what is placed here, or must not."""
+    """Viewer of the placed object, and whether it must see the object or must not."""
     contained: Value = None
-    """The region that must hold the whole outline."""
+    """Region that must contain the whole outline."""
 
 
 @frozen
 class Extent:
-    """Size of what is placed, zero for points; and how it heads, where that does not follow from its place."""
+    """Size of the placed object, zero for points; and its heading, if its place does not give it."""
 
     length: Term
     width: Term
@@ -50,7 +48,7 @@ class Extent:
 
 
 def at_origin(ev: Evaluator) -> Placement:
-    """Where what has no place of its own stands: in the middle of the map."""
+    """Return the placement of an object without a place of its own: the middle of the map."""
     zero = ev.algebra.literal(0.0)
     return Placement(Vector(zero, zero), None)
 
@@ -118,7 +116,10 @@ def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement
 
 
 def along(ev: Evaluator, region: Term, path: Term) -> Placement:
-    """Uniform over what a lane covers, heading along it: inside an intersection the nearest lane may be another."""
+    """Return a uniform placement on a lane, along the direction of the lane.
+
+    Inside an intersection the nearest lane may be another lane.
+    """
     point = Vector(*region_sample(region, ev.run.new_draw(), ev.run.new_draw()))
     s = path_project(path, point.x, point.y)
     return Placement(point, path_pose(path, s)[2], drawn=True)

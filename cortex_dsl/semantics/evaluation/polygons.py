@@ -1,6 +1,6 @@
-"""Polygons and lines through points that are known when the file is compiled.
+"""Polygons and lines through points that are known at compile time.
 
-A place in a polygon lies in one of its triangles, each as likely as its area (Devroye, "Non-Uniform Random Variate
+A place in a polygon lies in one of its triangles, which is sampled by area (Devroye, "Non-Uniform Random Variate
 Generation", 1986, chapter XI.2).
 """
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
 
-from cortex_dsl.semantics.errors.objects import BAD_REGION
+from cortex_dsl.semantics.errors.scene import BAD_REGION
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
 from cortex_dsl.semantics.model.areas import Area, Draw, DrawnPlace, convex
@@ -20,7 +20,7 @@ from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 
 MOST_CORNERS = 100
-"""Corners of a polygon, and points of a line: each costs some ten operations wherever the region is asked for."""
+"""Maximum number of corners of a polygon, or points of a line: each costs some ten operations per use of the region."""
 FARTHEST = 1e9
 """How far from the origin a region may reach [m]: beyond, areas are no numbers."""
 ON_A_LINE = 1e-6
@@ -88,7 +88,7 @@ def _is_ear(left: Sequence[Known], at: int) -> bool:
 
 
 def _chosen(ev: Evaluator, number: Term, weights: Sequence[float]) -> Callable[[Sequence[float]], Term]:
-    """By a uniform number, one of several entries of a column, each as likely as its weight."""
+    """Return a function that selects an entry of a column by a uniform number, with probability by weight."""
     total, index = math.fsum(weights), ev.algebra.literal(0.0)
     for share in list(accumulate(weights))[:-1]:
         index = index + where(number < share / total, 0.0, 1.0)
@@ -141,7 +141,7 @@ def polygon(ev: Evaluator, points: Given, _span: Span) -> Value:
 
 
 def _left_of_all(ev: Evaluator, point: Vector, edges: Sequence[tuple[Known, Known]]) -> Term:
-    """Whether a point lies in a convex polygon: to the left of each edge."""
+    """Return whether a point lies in a convex polygon: to the left of each edge."""
     result: Term = ev.algebra.truth(True)
     for a, b in edges:
         result = result & ((point.y - a[1]) * (b[0] - a[0]) >= (point.x - a[0]) * (b[1] - a[1]))
@@ -149,7 +149,7 @@ def _left_of_all(ev: Evaluator, point: Vector, edges: Sequence[tuple[Known, Know
 
 
 def _by_parity(ev: Evaluator, point: Vector, edges: Sequence[tuple[Known, Known]]) -> Term:
-    """Whether a point lies in a polygon: a ray to the east crosses an odd number of its edges."""
+    """Return whether a point lies in a polygon: a ray to the east crosses an odd number of its edges."""
     count: Term = ev.algebra.literal(0.0)
     for a, b in edges:
         low, high = sorted((a, b), key=lambda corner: corner[1])
@@ -162,7 +162,7 @@ def _by_parity(ev: Evaluator, point: Vector, edges: Sequence[tuple[Known, Known]
 
 
 def _held(area: Area, edges: Sequence[tuple[Known, Known]], outline: Sequence[Vector]) -> Term:
-    """Whether an outline lies in a polygon: a corner of it does, and no edges cross."""
+    """Return whether an outline lies in a polygon: a corner of it does, and no edges cross."""
     result = area.contains(outline[0])
     for one, other in zip(outline, (*outline[1:], outline[0]), strict=True):
         for a, b in edges:
@@ -171,7 +171,7 @@ def _held(area: Area, edges: Sequence[tuple[Known, Known]], outline: Sequence[Ve
 
 
 def _meet(one: Vector, other: Vector, a: Known, b: Known) -> Term:
-    """Whether two segments cross."""
+    """Return whether two segments cross."""
 
     def side(point: Vector) -> Term:
         return (point.y - a[1]) * (b[0] - a[0]) - (point.x - a[0]) * (b[1] - a[1])

@@ -1,7 +1,7 @@
-"""Random values: continuous ones become arithmetic over uniform draws, finite ones choices or tables.
+"""Random values: continuous values are arithmetic over uniform draws, finite values are choices or tables.
 
-Finite choices among numbers stay symbolic until their value is needed, anything else makes a variant each. In
-a behaviour the uniform numbers come from the scene's behaviour stream, a new one at each evaluation.
+Finite choices among numbers stay symbolic until their value is needed; any other finite choice makes a variant for each
+option. In a behaviour the uniform numbers come from the scene's behaviour stream, a new number at each evaluation.
 """
 
 import math
@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.chance import (
+from cortex_dsl.semantics.errors.problems import Rejection
+from cortex_dsl.semantics.errors.values import (
     BAD_WEIGHTS,
     FIXED_EXHAUSTED,
     LIST_AS_OPTION,
@@ -17,7 +18,6 @@ from cortex_dsl.semantics.errors.chance import (
     NOTHING_TO_RESAMPLE,
     RANDOM_WHILE_RUNNING,
 )
-from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.evaluation import bounds_given, numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.bounds_given import Site, alike, bound_arguments, scaled
@@ -98,7 +98,7 @@ def _option(ev: Evaluator, value: Value, span: Span, weight: float, site: Site, 
 
 
 def pick(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
-    """Return one of the options: numbers stay symbolic until their value is needed."""
+    """Return one option; numbers stay symbolic until their value is needed."""
     if not options:
         raise Rejection(f"`{shortened(ev, site.span)}` has nothing to choose from", site.span)
     if len(options) == 1:
@@ -149,7 +149,7 @@ def _numeric(ev: Evaluator, options: Sequence[Option], site: Site, kind: str = "
 
 
 def _by_threshold(number: Term, options: Sequence[Option]) -> Term:
-    """The option whose share of [0, 1) holds the uniform number."""
+    """Return the option whose share of [0, 1) contains the uniform number."""
     exprs = [option.value.expr for option in options if isinstance(option.value, Quantity)]
     shares = probabilities(options)
     result = exprs[-1]
@@ -206,7 +206,7 @@ def _finite_uniform(ev: Evaluator, site: Site) -> Term:
 # -- distributions -----------------------------------------------------------------------------------------------------
 
 SMALLEST_UNIFORM = 2.0**-54
-"""Stands in for a uniform number of exactly 0, whose normal quantile would be infinite."""
+"""Replacement for a uniform number of exactly 0, which has an infinite normal quantile."""
 
 Distribution = Callable[[Evaluator, str, Sequence[Given], Site], Value]
 
@@ -219,7 +219,7 @@ def sample_call(ev: Evaluator, call: nodes.Call, site: Site) -> Value:
 
 
 def drawn(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
-    """The value of a distribution; of a number it is noted down how another is drawn, for `resample`."""
+    """Return the value of a distribution; for a number, store the function that draws another, for `resample`."""
     value = DISTRIBUTIONS[name](ev, name, given, site)
     if isinstance(value, Quantity) and not isinstance(value.expr, ir.Literal):
         ev.run.redrawn[value.expr] = lambda at, span: drawn(at, name, given, Site(span, site.unit))

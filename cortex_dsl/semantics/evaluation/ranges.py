@@ -1,8 +1,8 @@
-"""Legal ranges of numbers: of a constant and of bounded chance at once, of all else in each scene that is drawn.
+"""Legal ranges of numbers: checked at once for constants and bounded random values, else in each scene.
 
-Whatever a scene holds is written as a constant into its concrete copy, where the range is checked again. So nothing
-that is drawn may lie outside: a value whose bounds leave the range is an error, and a value without bounds, or within
-rounding of the end, is a requirement on the scene.
+A concrete copy contains the values of a scene as constants, whose range is checked again. So no random value may lie
+outside: a value whose bounds leave the range is an error; a value without bounds, or within rounding of the end, is a
+requirement on the scene.
 """
 
 import math
@@ -23,11 +23,12 @@ def in_range(
     ev: Evaluator, expr: Term, low: float, high: float, dimension: ir.Dimension, span: Span, what: str, *,
     above: bool = False,
 ) -> Term:  # fmt: skip
-    """The expression, if its legal range allows, and of what is drawn the requirement that it stays there; `above`
-    leaves the lower end itself out.
+    """Return the expression if it is in its legal range; for a random value, add the requirement that it stays there.
+
+    `above` excludes the lower end.
 
     Raises:
-        Mistake: when it is, or may become, something illegal.
+        Mistake: it is, or may become, illegal.
     """
     domain = Domain(what.replace("`", ""), dimension, low, high, above)
     if not isinstance(within(ev, expr, domain, span, what), ir.Literal) and not is_dynamic(expr):
@@ -50,7 +51,7 @@ def within(ev: Evaluator, expr: Term, domain: Domain, span: Span, what: str) -> 
     elif math.inf in (abs(least), abs(greatest)):
         return expr
     slack = ROUNDING * max(1.0, abs(least), abs(greatest)) if value is None else 0.0
-    # An end that is left out is met exactly: by a whole number, a gene at its end, one of several options.
+    # An excluded end is met exactly by a whole number, a gene at its end, or one of several options.
     too_low = least <= domain.low if domain.above else least + slack < domain.low
     if not too_low and greatest - slack <= domain.high:
         return expr
@@ -70,9 +71,9 @@ def within(ev: Evaluator, expr: Term, domain: Domain, span: Span, what: str) -> 
 
 
 def inside(ev: Evaluator, value: Term, domain: Domain) -> Term | None:
-    """The condition that a value lies in its legal range; None where it surely does.
+    """Return the condition that a value lies in its legal range; None if it certainly does.
 
-    What is no number at all, or infinite, passes: it is reported as an error of its own, at its place in the file.
+    NaN and infinite values pass: they are an error of their own, at their place in the file.
     """
     low, high = ev.interval(value)
     parts = []

@@ -1,7 +1,7 @@
 """Regions, fields and the workspace that a file makes: `CircularRegion(...)`, `VectorField(...)`, `Workspace(...)`.
 
-A place in a circle or a sector has the square root of a uniform share of the radius. What two regions make together is
-drawn by rejection, with the scene.
+A place in a circle or a sector lies at the square root of a uniform share of the radius. Combinations of two regions
+are sampled by rejection, with the scene.
 Source: Scenic 3 reference, "Region Types".
 """
 
@@ -9,8 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from cortex_dsl.semantics.errors.compile_time import MANY_REGIONS
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.values import MANY_REGIONS, WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, polygons
 from cortex_dsl.semantics.evaluation.arguments import Given, no_names
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
@@ -48,7 +47,7 @@ from cortex_dsl.source import Span
 CORNERS = ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))
 """Corners of a rectangle in order: shares of its width to the right and of its length ahead."""
 
-# -- what is convex ----------------------------------------------------------------------------------------------------
+# -- convex regions ----------------------------------------------------------------------------------------------------
 
 
 def _length(ev: Evaluator, given: Given, what: str) -> Term:
@@ -84,7 +83,7 @@ def _sector(ev: Evaluator, center: Given, radius: Given, heading: Given, angle: 
 
 
 def visible_region(ev: Evaluator, viewer: Actor | Pose | Vector) -> Area:
-    """What an object or a place would see if nothing hid anything."""
+    """Return the region that is visible from an object or a place without occlusion."""
     pose, view = geometry.looking(ev, viewer), geometry.view_of(ev, viewer)
     return _opening(ev, Vector(pose.x, pose.y), view.reach, pose.heading, view.opening)
 
@@ -138,7 +137,7 @@ def _rectangle(ev: Evaluator, position: Given, heading: Given, width: Given, len
 
 
 MOST_PARTS = 64
-"""Regions that one may be made of."""
+"""Maximum number of regions that a region consists of."""
 
 # -- of several --------------------------------------------------------------------------------------------------------
 
@@ -179,7 +178,7 @@ def _least(
 
 
 def _within(one: Area, other: Area, *, inside: bool) -> Area:
-    """What of a region lies in another, or not in it."""
+    """Return the part of a region that lies inside another region, or outside it."""
 
     def contains(point: Vector) -> Term:
         there = other.contains(point)
@@ -225,7 +224,7 @@ def attribute(ev: Evaluator, area: Area, name: str) -> Value | None:
 
 
 def _contains_region(ev: Evaluator, area: Area, other: Value) -> Value:
-    """Whether what has corners lies in a region as an outline does."""
+    """Return whether a value with corners lies in a region as an outline does."""
     span = ev.algebra.span
     inner = _area(other, span)
     if area.holds is None or inner.corners is None:

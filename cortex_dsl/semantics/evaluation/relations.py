@@ -7,8 +7,8 @@ Source: Scenic 3 reference, "Operators", and their definitions in its `scenic.sy
 import math
 from collections.abc import Callable, Mapping
 
-from cortex_dsl.semantics.errors.compile_time import NO_FIELD_AT
-from cortex_dsl.semantics.errors.objects import NO_RELATION, NOT_A_FIELD
+from cortex_dsl.semantics.errors.scene import NO_RELATION, NOT_A_FIELD
+from cortex_dsl.semantics.errors.values import NO_FIELD_AT
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.numbers import adopt
@@ -27,7 +27,7 @@ from cortex_dsl.syntax import nodes
 
 
 def relative_to(ev: Evaluator, node: nodes.RelativeTo) -> Value:
-    """A field or heading turned by another, or a place in the frame of another."""
+    """Return a field or heading turned by another one, or a place in the frame of another one."""
     value, base = ev.evaluate_all((node.value, node.base))
     spans = node.value.span, node.base.span
     if isinstance(value, DirectionField) or isinstance(base, DirectionField):
@@ -77,12 +77,12 @@ def field_at(ev: Evaluator, node: nodes.FieldAt) -> Value:
 
 
 def _place(ev: Evaluator, node: nodes.Expression | None, span: Span, what: str) -> tuple[Value, Span]:
-    """What is written, or the ego for the whole; and where it is written."""
+    """Return the value and the place of an operand; the ego and the place of the whole expression if it is omitted."""
     return (geometry.ego_of(ev, span, what), span) if node is None else (ev.evaluate(node), node.span)
 
 
 def angle(ev: Evaluator, node: nodes.Angle) -> Value:
-    """The heading of the way from one place to another, as the file counts headings."""
+    """Return the heading from one place to another, in the convention of the file [rad]."""
     start, end = (
         geometry.position(ev, *_place(ev, each, node.span, "an `angle`")) for each in (node.origin, node.target)
     )
@@ -96,7 +96,7 @@ def seen_from(ev: Evaluator, node: nodes.SeenFrom) -> Value:
 
 
 def _apparent_heading(ev: Evaluator, of: Value, of_span: Span, origin: Value, span: Span) -> Value:
-    """Of an object, counted from the line of sight; in [-pi, pi)."""
+    """Return the heading of an object relative to the line of sight [rad], in [-pi, pi)."""
     pose = geometry.oriented(ev, of, of_span, "what has an apparent heading")
     start = geometry.position(ev, origin, span)
     return Quantity(wrapped(pose.heading - geometry.bearing(start, Vector(pose.x, pose.y))), ANGLE)
@@ -154,7 +154,7 @@ MOST_STEPS = 100
 
 
 def _followed(ev: Evaluator, field: DirectionField, start: Vector, by: Term, span: Span) -> Pose:
-    """Where steps of equal length along a field lead, as in Scenic: the forward method of Euler."""
+    """Return the pose at the end of steps of equal length along a field, as in Scenic: the explicit Euler method."""
     fewest, length = field.steps
     farthest = max(MOST_STEPS, fewest) * length
     by = in_range(ev, by, 0.0, farthest, LENGTH, span, "the distance along a field")
@@ -174,7 +174,7 @@ _SIDES: Mapping[str, tuple[float, float]] = {
     "left": (-1.0, 0.0),
     "right": (1.0, 0.0),
 }
-"""To the right and ahead, in half widths and half lengths."""
+"""Displacements to the right and ahead, in half widths and half lengths."""
 
 
 def side_of(ev: Evaluator, node: nodes.SideOf) -> Value:
@@ -219,6 +219,6 @@ def velocity(ev: Evaluator, actor: Actor) -> Velocity:
 
 
 def angular_speed(ev: Evaluator, actor: Actor) -> Quantity:
-    """`self.angularSpeed`, anticlockwise: nobody spins before the run, as in Scenic."""
+    """Return `self.angularSpeed`, anticlockwise [rad/s]; 0 before the run, as in Scenic."""
     rate = ev.algebra.velocity(actor.index)[2] if ev.moment.running else ev.algebra.literal(0.0)
     return Quantity(rate, ANGULAR_SPEED)

@@ -1,13 +1,13 @@
-"""The road network: the names that lead into it, and the road of a file without `map`.
+"""The road network: names that refer to it, and the road of a file without `map`.
 
-The road of a file without `map` suits what the file asks for, and notes say so.
+The road of a file without `map` suits the contents of the file; notes say so.
 """
 
 import math
 from collections.abc import Callable, Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics.errors.roads import (
+from cortex_dsl.semantics.errors.scene import (
     BAD_MAP,
     MAP_LEVELS,
     MAP_REMARK,
@@ -66,7 +66,7 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
 
 
 def _on_file(ev: Evaluator, spec: MapFile, network: Network, span: Span) -> Iterator[Diagnostic]:
-    """Yield what is to be said of a file of roads: one diagnostic for each code, as a place is told each code once."""
+    """Yield the diagnostics of a map file: one for each code, since a place shows each code once."""
     if remarks := (*network.remarks, *_on_lights(network)):
         yield MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks))
     if network.levels:
@@ -84,7 +84,7 @@ def _on_lights(network: Network) -> Iterator[str]:
 
 
 def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:
-    """What stands beside the roads of a file that no driver heeds, and what to do about it."""
+    """Return a message on traffic lights and signs of a map that no driver obeys, and the cure; None without any."""
     lights = len({sign.id for sign in network.signs if sign.is_traffic_light})
     signs = len({sign.id for sign in network.signs if not sign.is_traffic_light})
     if ev.file.default_signals is not None or ev.file.has_plan:
@@ -115,7 +115,7 @@ class Named:
 
 
 def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
-    """What a builtin name stands for; None for a name that is not built in."""
+    """Return the value of a built-in name; None for a name that is not built in."""
     if name in _CONSTANTS:
         return Named(_CONSTANTS[name](ev, span))
     if name in BUILTINS and BUILTINS[name].kind is not Kind.CONSTANT:
@@ -173,7 +173,7 @@ NEIGHBOURS: Mapping[str, Callable[[Lane], Lane | None]] = {
 # -- the road of a file without `map` ----------------------------------------------------------------------------------
 
 NEIGHBOURLY = frozenset({"adjacentLanes", *NEIGHBOURS, *(f"_{name}" for name in NEIGHBOURS)})
-"""Attributes whose use asks for more than one lane a direction, unless it is a test for None."""
+"""Attributes that need more than one lane a direction, unless they are tested for None."""
 LIGHTS = frozenset({"signals", "isSignalized"})
 SPARE = 50.0
 """How much longer than a distance to the intersection that a `require` asks for the arms are [m]."""
@@ -183,7 +183,11 @@ LONGEST_ARM = LENGTHS["approach"][1]
 
 
 def default_road(module: nodes.Module) -> RoadSpec:
-    """A T-junction where only those are asked for; two lanes where neighbours are; arms as long as distances need."""
+    """Return the road of a file without `map`.
+
+    It is a T-junction if only those are needed; it has two lanes a direction if neighbours are; its arms are long
+    enough for the distances of the file.
+    """
     asked = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
     ways = 3 if "is3Way" in asked and "is4Way" not in asked else 4
     plain = RoadSpec()
@@ -196,7 +200,7 @@ def default_road(module: nodes.Module) -> RoadSpec:
 
 
 def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
-    """What is said of distances to the intersection that no road is long enough for."""
+    """Yield a diagnostic for each distance to the intersection that exceeds the longest arm."""
     for distance, span in _distances_kept(module):
         if distance + SPARE > LONGEST_ARM:
             message = f"its arms would be longer than {LONGEST_ARM:g} m, to be {distance:g} m from the intersection"
@@ -210,7 +214,7 @@ def map_line(road: RoadSpec) -> str:
 
 
 def reasons_for_road(road: RoadSpec) -> str:
-    """Why a default road is no plain one; nothing for a plain one."""
+    """Return why a default road differs from the plain one; "" if it does not."""
     found = []
     if road.lanes > 1:
         found.append(f"{road.lanes} lanes per direction, since the file asks for neighbouring lanes")
@@ -220,7 +224,7 @@ def reasons_for_road(road: RoadSpec) -> str:
 
 
 def has_plan(module: nodes.Module) -> bool:
-    """Whether a file says what its traffic lights show."""
+    """Return whether a file has a plan of traffic lights."""
     return any(isinstance(node, nodes.Signals) for node in everything_in(module))
 
 
@@ -299,7 +303,7 @@ def _reach(place: nodes.Following, largest: Mapping[str, float], ahead: Mapping[
 
 
 def _largest(node: nodes.Expression, known: Mapping[str, float]) -> float:
-    """The largest value of a sum of numbers, ranges and names; whatever else stands in it counts as 0."""
+    """Return the largest value of a sum of numbers, ranges and names; any other operand counts as 0."""
     total, rest = 0.0, [node]
     while rest:
         match rest.pop():

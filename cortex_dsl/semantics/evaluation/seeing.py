@@ -1,4 +1,4 @@
-"""Who sees whom: `can see`, what drivers of the library notice, and what `requireVisible` asks for."""
+"""Visibility: `can see`, the perception of drivers of the library, and `requireVisible`."""
 
 import math
 
@@ -12,23 +12,23 @@ from cortex_dsl.syntax import nodes
 
 
 def sees(ev: Evaluator, viewer: Value, other: Actor) -> Term:
-    """Whether an object, or an oriented point, sees a part of another's outline."""
+    """Return whether an object, or an oriented point, sees a part of another outline."""
     return _seen(ev, viewer, other, ev.algebra.span, ev.algebra.span)
 
 
 def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
-    """Whether nothing hides one object from another, wherever that looks: what drivers of the library notice."""
+    """Return whether no object hides one object from another, in any direction: the perception of library drivers."""
     return ev.algebra.notices(viewer.index, other.index, notice_reach(ev))
 
 
 def notice_reach(ev: Evaluator) -> Term:
-    """How far drivers of the library notice others: as far as the weather lets anybody see [m]."""
+    """Return the range within which drivers of the library notice other actors: the visibility of the weather [m]."""
     weather, unlimited = ev.run.built.environment, ev.algebra.literal(math.inf)
     return unlimited if weather is None else weather.values.get("sight", unlimited)
 
 
 def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
-    """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
+    """Return whether a part of an outline, or a place, is visible to an object, or from a point in any direction."""
     if not ev.moment.running:
         view, outline = _view(ev, viewer, viewer_span), geometry.outline(ev, target, target_span)
         return ev.algebra.look(view, outline, len(ev.run.built.actors))
@@ -40,7 +40,7 @@ def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target
 
 
 def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
-    """Packed x, y, heading, opening angle and reach of a view, and the number of who looks."""
+    """Return a view packed as x, y, heading, opening angle and reach, and the number of the viewer."""
     looks = geometry.viewer(ev, viewer, span)
     pose, view = geometry.looking(ev, looks), geometry.view_of(ev, looks)
     number = ev.algebra.number_of(looks) if isinstance(looks, Actor) else ev.algebra.literal(-1.0)
@@ -54,14 +54,15 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
 
 
 def observer(ev: Evaluator, node: nodes.InSight | nodes.VisiblePart) -> Actor | Pose | Vector:
-    """Who looks: the ego, or what follows `from`."""
+    """Return the viewer: the ego, or the operand after `from`."""
     if node.viewer is None:
         return geometry.ego_of(ev, node.span, "what is visible")
     return geometry.viewer(ev, ev.evaluate(node.viewer), node.viewer.span)
 
 
 def visible_part(ev: Evaluator, node: nodes.VisiblePart) -> Value:
-    """What the ego, or who follows `from`, has in view of a region, or has not; what hides it does not count, as in
-    Scenic.
+    """Return the part of a region that the ego, or the operand after `from`, sees or does not see.
+
+    Occlusion is ignored, as in Scenic.
     """
     return Sighted(ev.evaluate(node.region), observer(ev, node), node.seen)

@@ -1,18 +1,17 @@
-"""Traffic lights: the `signals` statement, what a light shows at a moment, and who sees which.
+"""Traffic lights: the `signals` statement, the colour of a light at a moment, and the lights of actors.
 
 A light's colour is arithmetic over the clock: its phase begins `phase * (green + yellow + all_red)` into the plan, is
 green, then yellow, then red until the plan starts again. Behaviours and monitors may stop the clock and set a light;
-it keeps that colour until the plan would change it next, which is never while the clock stands.
+the light stays in that colour until its next change in the plan, which never comes while the clock is stopped.
 """
 
 import re
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import NO_SIGNALS, SCENIC_SIGNALS, SIGNALS_TWICE, SIGNALS_UNUSED, UNKNOWN_COLOUR
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import NO_SIGNALS, SCENIC_SIGNALS, SIGNALS_TWICE, SIGNALS_UNUSED, UNKNOWN_COLOUR
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
@@ -50,7 +49,7 @@ ARGUMENTS = ("green", "yellow", "all_red", "offset")
 CONTROLS = ("TrafficLightStatus(", "TrafficLightsStatus(", "reezeTrafficLights(")
 """Calls that change the lights."""
 LOOKS = re.compile(r"obey_signals|TrafficLight|\bisSignalized\b|\.signals?\b")
-"""What in a file shows that its actors look at the lights."""
+"""Pattern of names that show that actors of a file react to lights."""
 
 
 # -- the statement ----------------------------------------------------------------------------------------------------
@@ -116,7 +115,7 @@ def _code(ev: Evaluator) -> str:
 
 
 def plan_of(ev: Evaluator) -> SignalPlan | None:
-    """The plan of the lights; Scenic's maps have lights, so a script that names one and asks for them gets a plan."""
+    """Return the plan of the lights; a script with one of Scenic's maps that reads lights gets a default plan."""
     if ev.run.built.signals is None and ev.file.default_signals is not None:
         ev.report(SCENIC_SIGNALS.at(ev.file.default_signals))
         ev.run.built.signals = _plan(ev, {})
@@ -152,26 +151,24 @@ def light_of(lane: Lane) -> Signal | None:
 
 
 def is_there(light: Signal) -> bool:
-    """Whether the file of the map has a light there; where that has none at all, every arm has one."""
+    """Return whether the map file has a light there; if it has no lights at all, every arm has one."""
     lit = lit_arms(light.intersection.network)
     return lit is None or (light.intersection.id, light.arm) in lit
 
 
 def sign_of(light: Signal) -> RoadSign | None:
-    """What the map's file says of a light; None without one."""
+    """Return the sign of a light in the map file; None without one."""
     return (lit_arms(light.intersection.network) or {}).get((light.intersection.id, light.arm))
 
 
 def lights(ev: Evaluator, intersection: Intersection) -> tuple[Signal, ...]:
-    """One light for each arm that has one; none where the scenario has no lights."""
+    """Return the lights of the arms that have one; () if the scenario has no lights."""
     every = (Signal(intersection, i) for i in range(len(intersection.legs)))
     return () if plan_of(ev) is None else tuple(light for light in every if is_there(light))
 
 
 def signals_of(ev: Evaluator, intersection: Intersection) -> tuple[Signal | RoadSign, ...]:
-    """Its lights, and what else stands there by the map's file, which is where they come from unless the scenario has
-    a plan for them.
-    """
+    """Return the lights and signs of an intersection; lights come from the map file unless the scenario has a plan."""
     shown = lights(ev, intersection)
     signs = [each for each in signs_at(intersection.network, intersection.id) if not (shown and each.is_traffic_light)]
     if not shown:
@@ -181,7 +178,7 @@ def signals_of(ev: Evaluator, intersection: Intersection) -> tuple[Signal | Road
 
 
 def is_signalized(ev: Evaluator, intersection: Intersection) -> bool:
-    """Whether it has lights: by the map's file, where that has any."""
+    """Return whether it has lights: by the map file if that has any lights, else by the plan."""
     if lit_arms(intersection.network) is None:
         return plan_of(ev) is not None
     return any(is_there(Signal(intersection, i)) for i in range(len(intersection.legs)))
@@ -199,7 +196,7 @@ class Ahead:
     """Its number; -1 where the lane has none."""
     phase: Term
     distance: Term
-    """From the centre of the object to the stop line, along the lane [m]."""
+    """Distance from the centre of the object to the stop line, along the lane [m]."""
 
     def within(self, reach: Term) -> Term:
         return (self.light >= 0.0) & (self.distance < reach)
@@ -218,7 +215,7 @@ def ahead_of(ev: Evaluator, actor: Actor) -> Ahead:
     return Ahead(number, phase, length - s)
 
 
-# -- what it shows ----------------------------------------------------------------------------------------------------
+# -- colours -----------------------------------------------------------------------------------------------------------
 
 
 def clock(ev: Evaluator, plan: SignalPlan) -> Term:
@@ -270,7 +267,7 @@ def _entry(ev: Evaluator, light: Term, locals_: tuple[int, ...]) -> Term:
 
 
 def colour_ahead(ev: Evaluator, actor: Actor, reach: Term, plan: SignalPlan) -> Term:
-    """What the light ahead shows; NONE without one within reach."""
+    """Return the colour of the light ahead; NONE without a light within reach."""
     ahead = ahead_of(ev, actor)
     shown = _shown(ev, plan, ahead.light, ahead.phase)
     return where(ahead.within(reach), shown, float(NONE))
@@ -282,10 +279,10 @@ def colour_of(ev: Evaluator, light: Signal, plan: SignalPlan) -> Term:
 
 
 def same_colour(ev: Evaluator, left: Value, right: Value, span: Span) -> Term | None:
-    """Whether a light shows a colour; None where no light is asked.
+    """Return whether a light shows a colour; None if neither side is a light.
 
     Raises:
-        Mistake: when the other side is no colour.
+        Mistake: the other side is no colour.
     """
     if not (isinstance(left, Colour) or isinstance(right, Colour)):
         return None
@@ -316,10 +313,7 @@ COMFORTABLE = 3.4
 
 
 def must_stop(ev: Evaluator, actor: Actor, span: Span) -> tuple[Term, Term]:
-    """Whether an object has to stop for the light ahead, and how far its front is from the stop line [m].
-
-    For red it does if it can at all, for yellow if it can in comfort.
-    """
+    """Return whether an object must stop for the light ahead, and the distance of its front to the stop line [m]."""
     plan = needed(ev, span, "`obey_signals`")
     ahead, speed = ahead_of(ev, actor), state(ev, actor, State.SPEED)
     shown = _shown(ev, plan, ahead.light, ahead.phase)

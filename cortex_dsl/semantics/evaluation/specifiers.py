@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.objects import (
+from cortex_dsl.semantics.errors.scene import (
     EVERYTHING_TOO_FAR,
     NEVER_LEAVES,
     NO_TRAJECTORY,
@@ -38,7 +38,7 @@ from engine.maps import MapFile
 from engine.road.network import Intersection, Lane
 
 CONTACT_TOLERANCE = 1e-4
-"""Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
+"""Gap between an object and the object next to which it is placed without `by`; Scenic's default [m]."""
 
 
 Placer = Callable[[Evaluator, nodes.Specifier, Extent], Placement]
@@ -90,10 +90,10 @@ def _as_placement(value: Value) -> Placement:
 
 
 def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
-    """Edge to edge: the distance is what lies between the outlines."""
+    """Return the placement next to an edge: the distance is the gap between the outlines."""
     reference = ev.evaluate(node.reference)
     if (pose := geometry.pose_of(ev, reference)) is None:
-        # Beside a plain point: which side is which follows from how the object itself heads.
+        # Next to a plain point, the heading of the object itself defines the sides.
         what = f"what something is {node.side} of"
         if isinstance(reference, Lane | Centerline):
             geometry.oriented(ev, reference, node.reference.span, what)
@@ -113,7 +113,7 @@ def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
 
 
 def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> tuple[Term, Term]:
-    """What lies between, and how far it is moved along the edge: to the right, or ahead."""
+    """Return the gap to the reference, and the shift along its edge [m]: to the right, or ahead."""
     zero = ev.algebra.literal(0.0)
     if node.distance is None:
         return ev.algebra.literal(CONTACT_TOLERANCE if between_objects else 0.0), zero

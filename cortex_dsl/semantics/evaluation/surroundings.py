@@ -1,13 +1,12 @@
-"""The `environment` statement, and what it makes of the properties of objects: less grip, a shorter view.
+"""The `environment` statement, and its effect on the properties of objects: less grip, a shorter view.
 
 Friction multiplies that of every object. The view of an object reaches to `visibleDistance` times the light, and no
-further than the sight. The properties themselves stay as the file gives them.
+further than the sight. The properties themselves stay as in the file.
 """
 
-from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import ENVIRONMENT_LATE, ENVIRONMENT_TWICE
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import ENVIRONMENT_LATE, ENVIRONMENT_TWICE
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.ranges import within
@@ -56,7 +55,7 @@ def _value(ev: Evaluator, argument: Given, spec: Domain) -> Term:
 
 
 def in_environment(ev: Evaluator, name: str, value: Term) -> Term:
-    """What a property of an object comes to in the environment."""
+    """Return a property of an object under the conditions of the environment."""
     given = {} if ev.run.built.environment is None else ev.run.built.environment.values
     if name == "friction" and "friction" in given:
         return value * given["friction"]

@@ -3,8 +3,7 @@
 import re
 from collections.abc import Mapping
 
-from cortex_dsl.semantics.errors.compile_time import LAYOUT, LONG_TEXT, NO_CLASS, NO_NUMBER_IN_TEXT
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.values import LAYOUT, LONG_TEXT, NO_CLASS, NO_NUMBER_IN_TEXT, WRONG_KIND
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import Meaning, known_truth
@@ -37,7 +36,7 @@ _WIDE = re.compile(r"\d{4}")
 
 
 def formatted(ev: Evaluator, node: nodes.Formatted) -> Value:
-    """A text with its values written out; what is drawn must be a finite choice."""
+    """Return a text with its values inserted; a random value must be a finite choice."""
     return joined_text(ev, [each if isinstance(each, str) else _placed(ev, each) for each in node.parts], node.span)
 
 
@@ -66,7 +65,7 @@ def _placed(ev: Evaluator, node: nodes.Placeholder) -> str:
 
 
 def _laid_out(value: str | float, layout: str) -> str | None:
-    """As Python lays it out; a whole number is an `int` where it can be one. None where the layout does not fit."""
+    """Return a value in Python's format `layout`, whole numbers as `int` if possible; None for a wrong format."""
     whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e16
     for each in (int(value), value) if whole else (value,):
         try:
@@ -140,12 +139,12 @@ def _number(ev: Evaluator, x: Given, span: Span, name: str) -> Quantity:
 
 
 def _isinstance(ev: Evaluator, x: Given, classinfo: Given, _span: Span) -> Value:
-    """Of a number that is drawn it is known that it is an `int` or a `float`, and not which."""
+    """Return whether x has one of the classes; a random number is an `int` or a `float`, but which is unknown."""
     classes = classinfo.value if isinstance(classinfo.value, tuple) else (classinfo.value,)
     names = {each.name for each in classes if isinstance(each, BuiltinValue)}
     if isinstance(x.value, Quantity) and names >= _NUMBERS:
         return Truth(ev.algebra.truth(True))
-    known = [_is_a(ev, x, each, classinfo.span) for each in classes]  # all, so that what is no class is told
+    known = [_is_a(ev, x, each, classinfo.span) for each in classes]  # all, to report every wrong class
     return Truth(ev.algebra.truth(any(known)))
 
 
@@ -160,7 +159,7 @@ def _is_a(ev: Evaluator, x: Given, kind: Value, span: Span) -> bool:
 
 
 def _is_of(value: Value, name: str) -> bool:
-    """Whether a value is of a class of the language; each object is an `Object`, which is an oriented point."""
+    """Return whether a value is of a class of the language; each object is an `Object`, which is an oriented point."""
     match value:
         case Actor(kind=kind, builtin=builtin):
             above = name in ("Object", "OrientedPoint", "Point")
@@ -173,7 +172,7 @@ def _is_of(value: Value, name: str) -> bool:
 
 
 def _is_python(ev: Evaluator, x: Given, name: str) -> bool:
-    """Whole numbers are of the class `int`, others of `float`."""
+    """Return whether x has the class of this name: whole numbers are `int`, others `float`."""
     match x.value:
         case Quantity() as number if name in _NUMBERS:
             known = ev.constant(number, x.span, "a number whose class is tested")

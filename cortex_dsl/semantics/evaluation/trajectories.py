@@ -1,9 +1,9 @@
-"""Trajectories: lists of lanes that follow one another, joined into one path."""
+"""Trajectories: lists of connected lanes, joined into one path."""
 
 import math
 from itertools import pairwise
 
-from cortex_dsl.semantics.errors.objects import EMPTY_TRAJECTORY, NOT_CONNECTED
+from cortex_dsl.semantics.errors.scene import EMPTY_TRAJECTORY, NOT_CONNECTED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import chosen
 from cortex_dsl.semantics.model.values import Centerline, Quantity, Value
@@ -60,7 +60,7 @@ def trajectory(value: Value, span: Span) -> Trajectory:
 
 
 def _gap(before: Lane, after: Lane) -> tuple[str, str]:
-    """Return why a lane does not go on to another one, and the cure."""
+    """Return why a lane does not continue in another one, and the cure."""
     if after not in before.successors:
         follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
         return f"`{before.name}` leads to {follows}, not to `{after.name}`", _ONE_MANEUVER

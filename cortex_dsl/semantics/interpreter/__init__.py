@@ -1,1 +1,1 @@
-"""Statements that the compiler runs: loops, branches, assertions and functions of the file. What is left is data."""
+"""Statements that the compiler runs: loops, branches, assertions and functions of the file. The remainder is data."""

@@ -1,13 +1,13 @@
 """Loops, branches and assertions at the top level, in the setup of a scenario and in functions.
 
-What they look at must be known when the file is compiled; each round costs steps of the one budget that a file has.
+Their conditions must be known at compile time; each round uses steps of the file's single budget.
 """
 
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.errors.names import ASSERTION
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.statements import ASSERTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import known_truth
@@ -18,7 +18,7 @@ from cortex_dsl.syntax import nodes
 from engine.errors import Signal
 
 Run = Callable[[Evaluator, nodes.Statement], None]
-"""Runs one statement, and reports what is wrong with it."""
+"""Function that runs one statement and reports its errors."""
 
 
 class Leaving(Signal):
@@ -77,10 +77,10 @@ def _round(ev: Evaluator, node: nodes.For | nodes.While, run: Run) -> bool:
 
 
 def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
-    """What is known must hold; what is random is required of the scene.
+    """Check a known condition now; turn a random condition into a requirement of the scene.
 
     Raises:
-        Mistake: it surely does not hold.
+        Mistake: the condition is false in all cases.
     """
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     if isinstance(condition, ir.Literal):

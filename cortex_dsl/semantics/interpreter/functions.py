@@ -1,7 +1,7 @@
-"""Functions that a file defines by `def`: the compiler calls them, and what they return is a value like any other.
+"""Functions that a file defines by `def`: the compiler calls them, and their results are ordinary values.
 
-A function sees the names of the place where it stands and has variables of its own. Where a behavior calls it, it
-speaks of the moment of that call.
+A function sees the names of the place of its definition and has variables of its own. A call from a behavior is
+evaluated at the moment of that call.
 """
 
 from collections.abc import Mapping

@@ -1,1 +1,1 @@
-"""What the stage works on: values, what it gathers of a file and of a variant, and the place of an expression."""
+"""Data of the stage: values, the state of a file and of a variant, and the place of an expression."""

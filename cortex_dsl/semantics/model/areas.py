@@ -1,4 +1,4 @@
-"""Regions that a file makes, such as circles and polygons: how places in them are drawn, and what they contain."""
+"""Regions that a file makes, such as circles and polygons: sampling of places in them, and their contents."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
@@ -31,7 +31,7 @@ class DrawnPlace:
     point: Vector
     heading: Term | None = None
     kept: Term | None = None
-    """Whether it counts; None: it always does. What does not is thrown away with the scene."""
+    """Whether the place counts; None: always. A scene with a place that does not count is rejected."""
 
 
 @frozen_identity
@@ -39,7 +39,7 @@ class Area:
     """A region of the file's own."""
 
     name: str
-    """What messages call it."""
+    """Name in messages."""
     contains: Callable[[Vector], Term]
     """Whether a point lies in it."""
     holds: Callable[[Sequence[Vector]], Term] | None = None
@@ -49,10 +49,10 @@ class Area:
     weight: Term | None = None
     """[m^2], of lines [m]."""
     distance: Callable[[Vector], Term] | None = None
-    """From a point, 0 inside [m]."""
+    """Distance of a point from the area, 0 inside [m]."""
     attributes: Mapping[str, Value] = field(default_factory=dict)
     parts: int = 1
-    """How many regions it is made of, each as often as it stands there."""
+    """Number of regions that it is made of, with repetitions."""
     is_workspace: bool = False
     """Whether all objects must lie in it."""
     corners: Sequence[Vector] | None = None
@@ -60,7 +60,7 @@ class Area:
 
 
 def convex(area: Area) -> Area:
-    """An outline lies in what is convex where its corners do."""
+    """Return the area as a convex one: an outline lies in it if its corners do."""
 
     def holds(corners: Sequence[Vector]) -> Term:
         result = area.contains(corners[0])

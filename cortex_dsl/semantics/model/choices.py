@@ -1,9 +1,8 @@
-"""Finite choices: a replayed list of decisions, the enumeration of every way to make them, and the pool of their
-numbers.
+"""Finite choices: a replayed list of decisions, the enumeration of all combinations, and the pool of their numbers.
 
-The file is elaborated once per way. The oracle answers the first choices as its script says and takes the first option
-of the others; the enumeration then changes the last decision that has options left, and starts again, or goes on where
-that choice is met (`marks`).
+The file is elaborated once per combination. The oracle answers the first choices by its script and takes the first
+option of all later ones; the enumeration then changes the last decision that has options left, and starts again, or
+continues at that choice (`marks`).
 """
 
 import math
@@ -13,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.chance import TOO_MANY_VARIANTS
+from cortex_dsl.semantics.errors.values import TOO_MANY_VARIANTS
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.frozen import frozen
@@ -36,13 +35,13 @@ class Decision:
 
 
 def check_count(count: int, span: Span) -> None:
-    """Refuse early what would be more variants than there may be."""
+    """Refuse a count that would exceed the maximum number of variants, before it is reached."""
     if count > VARIANT_LIMIT:
         raise TOO_MANY_VARIANTS.mistake(span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
 
 
 CHOSEN_LANES_LIMIT = 1024
-"""Above so many variants the scene draws lanes instead, where it can. Below, random numbers stay what they were."""
+"""Number of variants above which lanes are sampled with the scene, if possible; below, random numbers are unchanged."""
 
 
 class TooManyVariants(Signal):
@@ -59,7 +58,7 @@ class Oracle:
 
     script: tuple[int, ...] = ()
     lanes_limit: float = VARIANT_LIMIT
-    """As `limit`, of choices some of which are lanes."""
+    """Maximum number of variants if some of the choices are lanes."""
     limit: float = VARIANT_LIMIT
     decisions: list[Decision] = field(default_factory=list)
     ways: int = 1
@@ -84,7 +83,7 @@ class Oracle:
         return taken
 
     def repeat(self, other: "Oracle", count: int) -> None:
-        """Begin with the first choices of another variant, which are the same in this one."""
+        """Begin with the first choices of another variant, which both variants share."""
         self.decisions[:] = other.decisions[:count]
         self.ways = math.prod(len(each.probabilities) for each in self.decisions)
 
@@ -118,7 +117,7 @@ class Decisions:
     draw_sites: list[ir.DrawSite] = field(default_factory=list)
     draw_count: int = 0
     finite_draws: dict[int, Span] = field(default_factory=dict)
-    """Sites of the draws that pick one of finitely many numbers."""
+    """Sites of the draws that select one of finitely many numbers."""
     visits: Counter[Span] = field(default_factory=Counter)
     """How often each `Fixed(...)` was evaluated."""
 

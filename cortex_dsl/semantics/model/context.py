@@ -1,8 +1,8 @@
-"""Where an expression stands, its evaluator, and what observers see of its values.
+"""Place of an expression, its evaluator, and the values that observers receive.
 
-The evaluator dispatches on the node's type through a table that it is given, so that each family of expressions has
-its own module and none needs to know the others. An observer is handed the value of every expression, also where the
-compiler finds mistakes: the editor and the interactive session describe a text by them.
+The evaluator dispatches on the node's type through a table that it is given, so that each family of expressions has its
+own module and is independent of the others. An observer receives the value of every expression, even if the compiler
+finds mistakes: the editor and the interactive session describe a text by them.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics.errors.chance import NOT_CONSTANT
 from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.errors.values import NOT_CONSTANT
 from cortex_dsl.semantics.model.state import FileContext, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS
@@ -43,11 +43,11 @@ class Moment:
 
     running: bool = False
     actor: Actor | None = None
-    """The actor whose behaviour this is (`self`)."""
+    """Actor with this behaviour (`self`)."""
     repeated: bool = False
     """Inside a loop or handler, which may be entered again."""
     scenario: Instance | None = None
-    """The scenario whose setup or compose this is; None for the top level."""
+    """Scenario with this setup or compose; None for the top level."""
     later: bool = False
     """Known with the scene, but used when objects may have moved."""
     looping: bool = False
@@ -101,14 +101,14 @@ class Evaluator:
 
     @property
     def scope(self) -> dict[str, Value]:
-        """Where an assignment at this place goes: functions and scenarios have variables of their own."""
+        """Return the variables that an assignment at this place changes; functions and scenarios have their own."""
         if self.frame is not None:
             return self.frame
         return self.names if self.moment.scenario is None else self.moment.scenario.names
 
     @property
     def scope_name(self) -> Scope:
-        """Whose variables those of `scope` are."""
+        """Return the owner of the variables of `scope`."""
         if self.moment.scenario is not None:
             return self.moment.scenario
         return next((name for name, names in self.run.imported.items() if names is self.home), "")
@@ -166,7 +166,7 @@ class Evaluator:
         return values
 
     def tolerate(self, compute: Callable[[], Value]) -> Value:
-        """What `compute` gives, or poison after reporting why it gives nothing."""
+        """Return the result of `compute`, or poison after reporting its mistake."""
         try:
             return compute()
         except Mistake as mistake:
@@ -190,7 +190,11 @@ class Evaluator:
         raise UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
 
     def usable(self, value: Value) -> Value:
-        """The value, unless it is what a mistake left behind."""
+        """Return the value unless it is poison.
+
+        Raises:
+            Mistake: a mistake left it behind.
+        """
         if isinstance(value, Poison):
             raise Mistake
         return value
@@ -219,7 +223,7 @@ class Evaluator:
         raise NeedsExpansion(sites)
 
     def _operations(self) -> Mapping[Op, Callable[..., float]]:
-        """What can be worked out at compile time, geometry of the network included."""
+        """Return the operations that can be evaluated at compile time, including geometry of the network."""
         if (network := self.run.built.network) is None:
             return CLOSED
         return {
@@ -231,7 +235,7 @@ class Evaluator:
         }
 
     def _finite_sites(self, expression: ir.Expr) -> frozenset[Span] | None:
-        """Where the finite choices behind an expression are made; None if anything else is behind it too."""
+        """Return the places of the finite choices in an expression; None if it also depends on anything else."""
         sites = set()
         genes = list(self.file.genes.values())
         for leaf in leaves(expression):
@@ -260,7 +264,7 @@ class Evaluator:
         return folded(expression, bounds)
 
     def may_be_undefined(self, expression: ir.Expr) -> bool:
-        """Whether a part of an expression may have no value, such as a root."""
+        """Return whether a part of an expression may have no value, such as a root."""
         return may_be_undefined(expression, self.interval)
 
     @contextmanager
@@ -277,11 +281,11 @@ class Evaluator:
 # -- observers ---------------------------------------------------------------------------------------------------------
 
 MOST_VALUES = 24
-"""Values kept of one expression, which has one for every way of making the choices of the file."""
+"""Maximum number of stored values of one expression, which has one per combination of the file's choices."""
 
 
 class Cancelled(Signal):
-    """Stops a compilation whose result is not needed any more."""
+    """Stops a compilation that is no longer needed."""
 
 
 @dataclass(frozen=True)
@@ -297,7 +301,7 @@ ObservedValues = Sequence[ObservedValue]
 
 @dataclass
 class ValueRecorder:
-    """Collects values while a text is compiled; `superseded` is asked all the time."""
+    """Collects values during a compilation; `superseded` is called at each value."""
 
     superseded: Callable[[], bool] = lambda: False
     seen: dict[Span, list[ObservedValue]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""The elements of a map by name, which is what `network.elements` is, and the sections of its roads."""
+"""Elements of a map by name, the value of `network.elements`, and the sections of its roads."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,7 @@ Element = Road | Lane | Intersection
 
 @frozen
 class Elements:
-    """Those of a network, to be asked for one by its name."""
+    """Elements of a network, accessible by name."""
 
     network: Network
 

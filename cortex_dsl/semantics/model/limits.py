@@ -1,11 +1,11 @@
-"""What no file may exceed: how much the compiler works out for it, and how deep the place lies that is worked out."""
+"""Limits of every file: the work of the compiler, and the nesting depth."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.runs import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES
 from cortex_dsl.semantics.errors.values import ENDLESS_LAMBDA, TOO_MUCH_WORK
 from cortex_dsl.source import Span
 
@@ -18,27 +18,27 @@ REPETITION_LIMIT = 100_000
 most, since editors compile a file at every key. The largest file of the tests takes 11,000, in all of its variants.
 """
 COPIES = 64
-"""Items or characters that are copied for what evaluating an expression costs."""
+"""Number of copied items or characters that costs as much as one evaluation of an expression."""
 MUCH = 20
-"""A place that takes less than this part of all work is not what is too much."""
+"""Inverse share of all work below which a place is not the cause of an excess."""
 
 
 @dataclass
 class Budget:
-    """What a file has cost so far, and at which place of the file most of it did.
+    """Cost of a file so far, and the place with the largest cost.
 
     It is counted in expressions and never in seconds, so that a file compiles everywhere or nowhere.
     """
 
     evaluations: int = 0
     repetitions: int = 0
-    """Those that loops, lists and calls of this variant evaluated, without copies of items, which are fast."""
+    """Evaluations in loops, lists and calls of this variant, without copies of items, which are fast."""
     _reported: bool = False
-    """Whether it was said that it has become too much."""
+    """Whether the excess has been reported."""
     _under_way: dict[Span, int] = field(default_factory=dict)
-    """What repeats other work and is being worked out, from the outside in, with the count at which it began."""
+    """Present repetitions, from the outside in, with the count at their start."""
     _most: dict[Span, int] = field(default_factory=dict)
-    """The most that one such place took at once."""
+    """Largest cost of one execution of each such place."""
 
     def begin_variant(self) -> None:
         """Count the loops, lists and calls of the next variant."""
@@ -48,7 +48,7 @@ class Budget:
         """Count work. More than one evaluation at once is the work of a loop.
 
         Raises:
-            Mistake: it has become too much, which is said once.
+            Mistake: the limit is exceeded, which is reported once.
         """
         self.repetitions += evaluations if self._under_way or evaluations > 1 else 0
         self._count(span, evaluations)
@@ -73,7 +73,7 @@ class Budget:
 
     @contextmanager
     def repeating(self, span: Span) -> Iterator[None]:
-        """While a loop, a list or a call is worked out, which is what the place stands for."""
+        """Count the work of a loop, a list or a call at this place."""
         if span in self._under_way:  # a function that calls itself
             yield
             return
@@ -85,8 +85,9 @@ class Budget:
             self._most[span] = max(self.evaluations - before, self._most.get(span, 0))
 
     def _heaviest(self, span: Span) -> Span:
-        """The place that took most at once: of those that took half as much or more the one that took least, which the
-        others do nothing but repeat a few times. The place given where none took much.
+        """Return the place with the largest cost of one execution; the given place if no cost is large.
+
+        Among the places with at least half the largest cost, it is the cheapest: the others only repeat it a few times.
         """
         took = self._most | {place: self.evaluations - before for place, before in self._under_way.items()}
         most = max(took.values(), default=0)
@@ -99,30 +100,30 @@ class Budget:
 # -- how deep ----------------------------------------------------------------------------------------------------------
 
 CALL_LIMIT = 30
-"""How many calls of functions may lie in one another."""
+"""Maximum nesting depth of function calls."""
 NESTING_LIMIT = 60
-"""How deep blocks may lie in one another, with those of the behaviours that they run."""
+"""Maximum nesting depth of blocks, including those of the behaviours that they run."""
 
 
 @dataclass
 class Depth:
-    """How deep the place that is being worked out lies: in calls of functions, and in blocks of behaviours."""
+    """Nesting depth of the present place: in calls of functions, and in blocks of behaviours."""
 
     calls: int = 0
-    """How many functions are being called, one inside the other."""
+    """Number of nested function calls."""
     given_up: bool = False
-    """Whether one of these calls lay too deep: those around it call nothing more, else each would find that again."""
+    """Whether a call exceeded the limit; the surrounding calls then stop, since each would repeat the error."""
     blocks: int = 0
-    """How many blocks of behaviours are being written out, one inside the other."""
+    """Number of nested blocks of behaviours."""
     branches: int = 0
-    """How many of them are what a branch leaves to the next `elif`."""
+    """Number of these blocks that are the `elif` remainder of a branch."""
 
     @contextmanager
     def call(self, span: Span) -> Iterator[None]:
-        """Around what a function does, which stands at a place.
+        """Count one level of function calls.
 
         Raises:
-            Mistake: it lies too deep, which is said once.
+            Mistake: the limit is exceeded, which is reported once.
         """
         if self.given_up:
             raise Mistake
@@ -143,10 +144,10 @@ class Depth:
 
     @contextmanager
     def nested(self, span: Span, *, otherwise: bool = False) -> Iterator[None]:
-        """Around a block that is written out; `otherwise`: around the branches below one.
+        """Count one level of blocks; `otherwise`: the branches after a branch.
 
         Raises:
-            Mistake: it lies too deep.
+            Mistake: the limit is exceeded.
         """
         if self.blocks == NESTING_LIMIT:
             raise self._too_deep(span)

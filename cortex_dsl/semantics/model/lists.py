@@ -1,4 +1,4 @@
-"""Lists that remember how they came about: what a condition chose them from, and which name `append` renews."""
+"""Lists with their origin: the items that a condition filtered, and the name that `append` renews."""
 
 from typing import Self
 
@@ -6,7 +6,7 @@ from cortex_dsl.semantics.model.values import Value
 
 
 class Kept(tuple[Value, ...]):
-    """What a condition kept of a list, which is `among`; empty for a list that no condition chose."""
+    """Items that a condition selected of `among`; `among` is empty for a list without a condition."""
 
     among: tuple[Value, ...] = ()
 
@@ -16,4 +16,4 @@ class Kept(tuple[Value, ...]):
 
 
 class Items(Kept):
-    """A list of the file: unlike a tuple it is told from another of the same items, so that `append` finds it."""
+    """A list of the file. Unlike tuples, lists with equal items are distinct, so that `append` finds its list."""

@@ -1,8 +1,8 @@
-"""What variants have in common is run once: the state before a statement is marked, and the next variant goes on there.
+"""Shared parts of variants are run once: the state before a statement is marked, and the next variant continues there.
 
-Variants come depth first, so that the next one makes the choices of the last one but for the last of them. What stands
-above the statement of that choice came to the same. A mark copies what lists and dictionaries hold, no objects in them:
-marks are made as long as there is no object of the scene, which later statements change, and no list of a function
+Variants come depth first, so that the next variant repeats all but the last of the choices. Everything above the
+statement of that choice has the same result. A mark copies the contents of lists and dictionaries, but no objects in
+them: marks are made while there is no object of the scene, which later statements change, and no list of a function
 that may outlive its call.
 """
 
@@ -16,7 +16,7 @@ from cortex_dsl.semantics.model.state import VariantState
 from engine.frozen import frozen
 
 _COPY: dict[type, Callable[[Any], Any]] = {each: each.copy for each in (list, dict, set, Counter)}
-"""Of each kind of container, what copies it."""
+"""Copy function of each kind of container."""
 
 Contents = dict[str, Any]
 
@@ -43,12 +43,12 @@ class Mark:
 
 @dataclass
 class Marks:
-    """The marks of the last variant that the next one may go back to, in the order of the file."""
+    """Marks of the last variant that the next variant may return to, in the order of the file."""
 
     run: VariantState | None = None
     kept: list[Mark] = field(default_factory=list)
     idle: set[int] = field(default_factory=set)
-    """Statements that were seen to make no choice: a mark before them is worth nothing."""
+    """Statements without choices; a mark before them saves nothing."""
 
     def put(self, run: VariantState, statement: int) -> None:
         """Mark the state before a statement, where the next variant may go on."""
@@ -65,7 +65,7 @@ class Marks:
         self.kept.append(Mark(statement, decisions, whole, made, decided, imported, len(run.algebra.known)))
 
     def back(self, oracle: Oracle) -> tuple[VariantState, int] | None:
-        """The state for the next variant, and the statement at which it goes on; None: at the beginning, anew."""
+        """Return the state for the next variant and the statement to continue at; None: start again."""
         same = len(oracle.script) - 1
         while self.kept and self.kept[-1].decisions > same:
             self.kept.pop()
@@ -85,7 +85,7 @@ class Marks:
         return run, mark.statement
 
     def close(self) -> None:
-        """No variant goes on from the last one."""
+        """Discard the marks: no variant continues from the last one."""
         self.kept.clear()
         if self.run is not None:
             self.run.close()

@@ -1,14 +1,12 @@
-"""What elaboration gathers: of the file as a whole, and of the variant that is being worked out, with the fixed-time
-plan of its traffic lights.
-"""
+"""State of elaboration: of the file as a whole and of one variant, with the fixed-time plan of its traffic lights."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import TOO_MANY_BODIES
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
+from cortex_dsl.semantics.errors.runs import TOO_MANY_BODIES
 from cortex_dsl.semantics.model.choices import Decisions, Pool
 from cortex_dsl.semantics.model.limits import Budget, Depth
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
@@ -27,17 +25,17 @@ from engine.vocabulary import GeneKind, RuleKind
 # -- the plan of the traffic lights ------------------------------------------------------------------------------------
 
 COLOURS = ("None", "green", "yellow", "red", "off", "unknown")
-"""What a light may show, by number; `None` where there is no light. CARLA's names, as Scenic's scripts have them."""
+"""Colours of a light, by number; `None` without a light. CARLA's names, as in Scenic's scripts."""
 NONE, GREEN, YELLOW, RED, OFF, UNKNOWN = range(len(COLOURS))
 
 DEFAULT_GREEN = 10.0
 DEFAULT_YELLOW = 3.0
 DEFAULT_ALL_RED = 2.0
-"""[s]. Those of CARLA's lights; yellow of 3 to 6 s and red clearance of 1 to 2 s are what the Manual on Uniform Traffic
-Control Devices (2009), section 4D.26, and practice ask for."""
+"""Red clearance of CARLA's lights [s], as the other two durations. The Manual on Uniform Traffic Control Devices
+(2009), section 4D.26, and practice ask for yellow of 3 to 6 s and red clearance of 1 to 2 s."""
 
 PHASES = 2
-"""Arms that face each other are green together: first those of the north and south, then those of the east and west."""
+"""Number of phases: opposite arms are green together, first north and south, then east and west."""
 
 
 @frozen
@@ -48,7 +46,7 @@ class SignalPlan:
     yellow: Term
     all_red: Term
     offset: Term
-    """How far into the plan the run starts."""
+    """Offset of the start of the run in the plan."""
     controls: "Controls | None" = None
 
     def as_ir(self) -> ir.Lights:
@@ -60,49 +58,49 @@ class Controls:
     """Locals by which behaviours and monitors change the lights; only where a file does so."""
 
     frozen: int
-    """1 while the lights stand still."""
+    """1 while the lights are stopped."""
     frozen_at: int
-    """Clock of the lights while they do [s]."""
+    """Clock of the lights while they are stopped [s]."""
     lost: int
-    """How long they have stood still before [s]."""
+    """Total duration of earlier stops [s]."""
     colours: tuple[int, ...]
-    """Per light, the colour it was set to; 0: none."""
+    """Colour that each light was set to; 0: none."""
     changes: tuple[int, ...]
-    """Per light, how often the plan had changed its colour when it was set: the next change takes over again."""
+    """Number of colour changes of the plan when each light was set; the next change cancels the setting."""
 
 
 # -- the file, and a variant of it -------------------------------------------------------------------------------------
 
 BODY_LIMIT = 2_000
-"""How many behaviours and scenarios may be written out in a variant."""
+"""Maximum number of behaviours and scenarios that are inlined in a variant."""
 BODY_COST = 40
-"""What writing one out costs, in evaluations."""
+"""Cost of inlining one behaviour or scenario, in evaluations."""
 
 RuleKey = tuple[Span, RuleKind]
 Scope = Instance | str
-"""Whose variables are meant: those of a scenario, or of a file by its name; no name is the main file's."""
+"""Owner of variables: a scenario, or a file by its name; the main file has an empty name."""
 
 
 MapFinder = Callable[[str], str | None]
-"""Where the file of a map is; None where there is none."""
+"""Function from the name of a map to its file; None without a file."""
 
 
 def no_maps(_: str) -> str | None:
-    """A text that came from no file has no files beside it."""
+    """Return None: a text without a file has no map files next to it."""
     return None
 
 
 @dataclass
 class FileContext:
-    """What all variants of a file share."""
+    """State that all variants of a file share."""
 
     source: Source
     overrides: Mapping[str, nodes.Expression]
     """`-p` values by param name; their spans are those of the params that they replace."""
     imports: Mapping[Span, ImportedFile] = field(default_factory=dict)
-    """The file behind each import statement."""
+    """File of each import statement."""
     default_road: RoadSpec = field(default_factory=RoadSpec)
-    """The road where the file has no `map`."""
+    """Road of a file without `map`."""
     expanded: frozenset[Span] = frozenset()
     """Sites of numeric choices that are enumerated, because their values are needed concretely."""
     draws_lanes: bool = False
@@ -112,53 +110,53 @@ class FileContext:
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
     _gene_numbers: dict[str, int] = field(default_factory=dict)
     _bounds: dict[int, Interval] = field(default_factory=dict)
-    """Of the first `_bounded` genes."""
+    """Bounds of the first `_bounded` genes."""
     _bounded: int = 0
     gene_dimensions: dict[int, set[ir.Dimension]] = field(default_factory=dict)
-    """What the places of genes without a unit measure, by the number of the gene."""
+    """Dimensions of the places that use a gene without a unit, by the number of the gene."""
     find_map: MapFinder = no_maps
     has_map: bool = False
-    """Whether the file says by `map` what road there is; a `param map` then says nothing."""
+    """Whether the file has a `map` statement; a `param map` is ignored then."""
     map_files: dict[str, MapFile] = field(default_factory=dict)
-    """What was found of files of maps, by the names that they have here."""
+    """Map files that were found, by their names in this file."""
     networks: dict[MapSpec, Network] = field(default_factory=dict)
     filtered: dict[tuple[Span, tuple[Value, ...]], tuple[Value, ...]] = field(default_factory=dict)
-    """What conditions on elements of the road keep of them, by where it is written and the items."""
+    """Elements of the road that satisfy a condition, by the place of the condition and the items."""
     uses_road: dict[Span, bool] = field(default_factory=dict)
-    """Which conditions are such ones."""
+    """Whether a condition is about elements of the road, by its place."""
     settings: Settings = field(default_factory=Settings)
     entry: nodes.ScenarioDefinition | None = None
-    """The scenario that the run is; None: the top level is all."""
+    """Scenario to run; None: only the top level."""
     budget: Budget = field(default_factory=Budget)
     max_steps: int | None = None
-    """From `terminate after N steps`."""
+    """Number of steps in `terminate after N steps`."""
     has_plan: bool = False
-    """Whether `signals` is written."""
+    """Whether the file has a `signals` statement."""
     default_signals: Span | None = None
-    """The line of a Scenic script that names a map with traffic lights."""
+    """Line of a Scenic script that names a map with traffic lights."""
     from_scenic: bool = False
     """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
     attributes_read: frozenset[str] = frozenset()
-    """Every name behind a dot: a property that is none of ours and is read is the file's own."""
+    """Every name after a dot; a property that is read and is not built in belongs to the file."""
     attributes_set: frozenset[str] = frozenset()
     """Every attribute that the run may change."""
     weights: dict[Span, Weight] = field(default_factory=dict)
-    """What is certain of each `require`, by the place of its condition."""
+    """Weight of each `require`, by the place of its condition."""
     places: dict[Span, bool] = field(default_factory=dict)
-    """Of each region in which something is placed, whether a place may lie in it."""
+    """Whether a region in which something is placed can hold a place, by the place of the region."""
     temporals: dict[Span, nodes.Require] = field(default_factory=dict)
     """The temporal requirements, in the order of the file."""
     records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)
-    """What is recorded, and where that is said, by name."""
+    """Recorded values and their places, by name."""
     objectives: dict[Span, tuple[nodes.Expect | nodes.Optimize, ir.Objective]] = field(default_factory=dict)
-    """What is expected and what may be made large or small, by its place; formulas are still to come."""
+    """Expectations and optimization objectives, by their place; their formulas are added later."""
     readings: list[ir.Reading] = field(default_factory=list)
-    """What these need of a run that is over; all variants number them alike."""
+    """Results of a finished run that the objectives read; all variants number them alike."""
     rules: dict[RuleKey, str] = field(default_factory=dict)
     """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
     _rule_numbers: dict[RuleKey, int] = field(default_factory=dict)
     controls: dict[str, Control] = field(default_factory=dict)
-    """The actors that are driven from outside, by the name of their controllers; all variants number them alike."""
+    """Actors with an external controller, by the name of the controller; all variants number them alike."""
 
     def gene_index(self, name: str) -> int:
         """Number of a gene, in the order of the file."""
@@ -199,7 +197,7 @@ class FileContext:
 
 @frozen
 class Environment:
-    """The arguments of `environment`, SI, and where it stands."""
+    """Arguments of `environment` in SI units, and its place."""
 
     values: Mapping[str, Term]
     span: Span
@@ -207,18 +205,18 @@ class Environment:
 
 @dataclass
 class Built:
-    """What a variant has made so far: objects, coroutines, requirements, and the road that they share."""
+    """Results of a variant so far: objects, coroutines, requirements, and their road."""
 
     actors: list[Actor] = field(default_factory=list)
     actor_names: set[str] = field(default_factory=set)
     numbered: int = 1
-    """The next number of an object; 0 is the ego's."""
+    """Next number of an object; 0 is the ego's."""
     first_ego: Actor | None = None
-    """The ego of the first scenario started, where the one that starts it has none."""
+    """Ego of the first scenario that is started, if the scenario that starts it has none."""
     mutations: dict[Scope, list[nodes.Mutate]] = field(default_factory=dict)
     """The `mutate` statements of every scope."""
     mutated: set[tuple[Scope, str]] = field(default_factory=set)
-    """Scopes and names of what carries noise."""
+    """Scopes and names of objects with noise."""
     has_set_up: bool = False
     """Whether a scenario with a setup was set up."""
     network: Network | None = None
@@ -227,11 +225,11 @@ class Built:
     requirements: list[ir.Requirement] = field(default_factory=list)
     rule_conditions: dict[RuleKey, Term] = field(default_factory=dict)
     objectives: dict[Span, Term] = field(default_factory=dict)
-    """Of `maximize` and `minimize`, by their place: what is worked out when the run is over."""
+    """Terms of `maximize` and `minimize`, evaluated after the run, by their place."""
     monitors: list[ir.Monitor | None] = field(default_factory=list)
-    """Coroutines without an actor, by number; None while the body of one is being worked out."""
+    """Coroutines without an actor, by number; None while the body is compiled."""
     required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
-    """Their names, where they have one, and where they are required."""
+    """Name (None without one), call and place of each required monitor."""
     zeroed: set[int] = field(default_factory=set)
     """Locals that nothing but an assignment to an object's own property sets."""
     local_count: int = 0
@@ -240,7 +238,7 @@ class Built:
 
 @dataclass
 class VariantState:
-    """One way of making all finite choices, while it is being elaborated."""
+    """One combination of all finite choices during its elaboration."""
 
     file: FileContext
     decisions: Decisions
@@ -253,19 +251,21 @@ class VariantState:
     """Variables of the imported files, by file name."""
     params: dict[str, Value] = field(default_factory=dict)
     root: Instance = field(default_factory=Instance)
-    """The scenario that the run is, with the top level of the file."""
+    """Scenario to run, with the top level of the file."""
     compared: dict[Term, ir.Dimension | None] = field(default_factory=dict)
-    """Dimension of what each comparison compares."""
+    """Dimension of the operands of each comparison."""
     redrawn: dict[Term, Callable[..., Value]] = field(default_factory=dict)
-    """Of each number that was drawn, what draws another like it."""
+    """Function that draws another sample of a random number, by the number."""
     assigning: str = ""
-    """The name that is about to be assigned; it names objects and choices."""
+    """Name of the present assignment; it names objects and choices."""
     outlived: bool = False
-    """Whether a list of a function has grown, which may be seen where its call is over."""
+    """Whether a list of a function has grown, which may be visible after its call."""
 
     def close(self) -> None:
-        """Forget what holds on to the variant in a circle, once it is done: terms their algebra, functions the names
-        that they know. Reference counts then free all of it, without a look of Python's collector.
+        """Remove the references that form cycles with the variant once it is finished.
+
+        Terms refer to their algebra, functions to the names in their scope. Reference counts then free everything
+        without Python's collector.
         """
         self.algebra.known.clear()
         for names in (self.names, *self.imported.values()):
@@ -280,7 +280,7 @@ class VariantState:
         return self.built.local_count - 1
 
     def new_scope(self, span: Span) -> int:
-        """The number of a body that is written out.
+        """Return the number of an inlined body.
 
         Raises:
             Mistake: there are too many.
@@ -295,6 +295,6 @@ class VariantState:
 
     @property
     def ego(self) -> Actor | None:
-        """The vehicle under test: of the top level, of the scenario that runs, or of the first that it starts."""
+        """Return the ego: of the top level, of the running scenario, or of the first scenario that it starts."""
         ego = self.names.get("ego")
         return ego if isinstance(ego, Actor) else self.root.ego or self.built.first_ego

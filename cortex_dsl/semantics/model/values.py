@@ -1,9 +1,9 @@
-"""What an expression of the language may be worth while a file is elaborated, and what a file makes and defines.
+"""Values of expressions during elaboration, and definitions of a file.
 
-A number or truth is always an `Term` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
+A number or truth is always a `Term` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
 `none` is None, lists and tuples are Python tuples, enum members are the engine's, and lanes, maneuvers, intersections
-and the network are the objects of `engine.road`. How values are shown to people stands in `wording`. The `home` of a
-definition holds the variables of the imported file that has it; None stands for the main file.
+and the network are the objects of `engine.road`. `wording` shows values to users. The `home` of a definition holds the
+variables of the imported file that contains it; None is the main file.
 """
 
 from collections.abc import Callable, Mapping
@@ -76,7 +76,7 @@ class LaneNow:
     """Index in `network.lanes`; -1 where there is no such lane."""
     section: bool
     drawn: frozenset[Span] = frozenset()
-    """Where it was drawn with the scene, as then there surely is such a lane."""
+    """Places at which it was drawn with the scene; such a lane exists."""
 
 
 @frozen
@@ -93,14 +93,14 @@ class Signal:
 
 @frozen
 class Colour:
-    """What a traffic light shows at a moment."""
+    """Colour of a traffic light at a moment."""
 
     index: Term  # in `signals.COLOURS`
 
 
 @frozen
 class Effect:
-    """What calling a function changes during the run."""
+    """Effect of a function call during the run."""
 
     acts: ir.Block
 
@@ -124,7 +124,7 @@ class Sighted:
 
 @frozen_identity
 class Closure:
-    """A lambda; `body` is what a file writes behind its colon, unless a variable hides `ManeuverType` there."""
+    """A lambda; `body` is the text after its colon, unless a variable hides `ManeuverType` there."""
 
     parameters: tuple[str, ...]
     apply: Callable[..., Value]
@@ -185,7 +185,7 @@ class GlobalParameters:
 
 
 class Poison:
-    """The value of what could not be evaluated; using it says nothing more."""
+    """Value of an expression with an error; using it reports no further error."""
 
 
 POISON = Poison()
@@ -195,12 +195,12 @@ def is_constant(value: Value) -> bool:
     return isinstance(value, Quantity | Truth) and isinstance(value.expr, ir.Literal)
 
 
-# -- what a file makes and defines -------------------------------------------------------------------------------------
+# -- results and definitions of a file ---------------------------------------------------------------------------------
 
 
 @frozen
 class Cell:
-    """A property that the run may change: the locals that say whether it has been assigned, and what."""
+    """A property that the run may change: locals for whether it has been assigned, and for its value."""
 
     assigned: int
     value: int
@@ -216,9 +216,9 @@ class Actor:
     span: Span
     pose: Pose
     properties: dict[str, Value] = field(default_factory=dict)
-    scenario: "Instance | None" = None  # what made it, if another scenario starts that
+    scenario: "Instance | None" = None  # maker, if another scenario starts it
     overrides: "list[tuple[int, BehaviourCall | None]]" = field(default_factory=list)
-    """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
+    """(monitor, behaviour): behaviour while that scenario runs; the last running one applies."""
     overridden: "dict[str, list[tuple[int, Quantity | Truth]]]" = field(default_factory=dict)  # likewise, of its own
     plain: bool = False  # an `Object`: nothing is known of it but its place and outline, and it may do things
     cells: "dict[str, Cell]" = field(default_factory=dict)  # its own properties that the run may change
@@ -302,7 +302,7 @@ class ScenarioValue:
 
 @dataclass(eq=False)
 class Instance:
-    """A scenario that is to run: its variables, what it made, and the monitor that runs it."""
+    """A scenario to run: its variables, its objects, and its monitor."""
 
     name: str = ""
     names: dict[str, Value] = field(default_factory=dict)
@@ -310,7 +310,7 @@ class Instance:
     monitor: int = -1
     watchers: list[int] = field(default_factory=list)  # the monitors that it requires
     children: "list[Instance]" = field(default_factory=list)
-    """What its `compose` starts, in the order of the file."""
+    """Scenarios that its `compose` starts, in the order of the file."""
     parent: "Instance | None" = None
     span: Span | None = None  # where it is started
     present: bool = True

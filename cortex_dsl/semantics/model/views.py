@@ -1,4 +1,4 @@
-"""What an object or a place sees if nothing hides anything."""
+"""Field of view of an object or a place, without occlusion."""
 
 from cortex_dsl.semantics.quantities.algebra import Term
 from engine.frozen import frozen

@@ -1,5 +1,6 @@
-"""How values are shown to people and written down again as text of the language, and in which unit a file speaks of a
-dimension: messages about its requirements use the same one.
+"""Values as text for users and as text of the language, and the unit of a dimension in a file.
+
+Messages about the requirements of a file use the same unit.
 """
 
 import math
@@ -100,11 +101,11 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
 NAMED = (
     Lane, Maneuver, Intersection, Actor, Region, Area, LaneSection, LaneGroup, Road, Signal, RoadSign, ManeuverType
 )  # fmt: skip
-"""What is shown by its name."""
+"""Types that are shown by name."""
 
 
 def kind_name(value: Value) -> str:
-    """What a value is, for messages: `a length`, `a lane`."""
+    """Return the kind of a value for messages: `a length`, `a lane`."""
     if value is None:
         return "none"
     if isinstance(value, Quantity):

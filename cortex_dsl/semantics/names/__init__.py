@@ -1,1 +1,1 @@
-"""Names before values: what is called what, what a file is given, where a statement may stand, and what is built in."""
+"""Names before values: definitions, inputs of a file, places of statements, and built-in names."""

@@ -1,4 +1,4 @@
-"""Everything a program may name without defining it: one row each, with what hover text and the reference say.
+"""All built-in names: one row each, with its hover text and reference.
 
 Functions of numbers are rows of `engine.operators`. A new distribution, action or library behaviour starts with a row
 here; `functions`, `driving`,
@@ -32,12 +32,12 @@ class Parameter:
     name: str
     dimension: Dimension | None = None
     default: str | None = None
-    """As shown to people; None means that it must be given."""
+    """Default as users see it; None if the argument is required."""
     low: float = float("-inf")
     high: float = float("inf")
     aliases: tuple[str, ...] = ()
     meaning: str = ""
-    """What the number is, where its name and its dimension leave that open."""
+    """Meaning of the number, if its name and dimension leave it open."""
 
 
 @frozen
@@ -108,7 +108,7 @@ _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 
 def _car_following(acceleration: str, deceleration: str) -> tuple[Parameter, ...]:
-    """What the intelligent driver model takes, beside a speed to go for."""
+    """Return the parameters of the intelligent driver model except the target speed."""
     return (
         Parameter("trajectory", default="the lane it is on"),
         Parameter("time_headway", TIME, "1.6 s", low=0.0),
@@ -311,9 +311,9 @@ REDUCERS: Mapping[str, str] = {
     "mean": "Mean over the time of the run.",
     "total": "Integral over the time of the run.",
 }
-"""Functions that make one number of what changes during a run: only in `maximize` and `minimize`."""
+"""Functions that reduce a value over a run to one number: only in `maximize` and `minimize`."""
 OVER_RUN: Mapping[str, str] = {**REDUCERS, **{row.name: row.sentence for row in NAMED_RESULTS}}
-"""Names that mean something where a number of the whole run stands, unless the file gives them another meaning."""
+"""Names with a meaning in a number of the whole run, unless the file redefines them."""
 
 UNASSIGNABLE: Mapping[str, str] = {
     "self": "it is the object that a behavior drives",

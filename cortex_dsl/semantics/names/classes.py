@@ -1,4 +1,4 @@
-"""The classes of `new`: places, and what kind of actor each other one makes."""
+"""Classes of `new`: places, and the kind of actor of each other class."""
 
 from collections.abc import Mapping
 
@@ -8,9 +8,9 @@ PLACES: Mapping[str, tuple[str, ...]] = {
     "Point": ("visibleDistance",),
     "OrientedPoint": ("visibleDistance", "viewAngle"),
 }
-"""What `with` may set of a place."""
+"""Properties of a place that `with` may set."""
 PLACED = ("position", "heading")
-"""What a class may say about the place of its objects, beside their properties."""
+"""Values of a class that place its objects, in addition to their properties."""
 
 PROPS = (
     "Trash", "Cone", "Debris", "VendingMachine", "Chair", "BusStop", "Garbage", "Container", "Table", "Barrier",

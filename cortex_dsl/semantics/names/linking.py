@@ -1,5 +1,7 @@
-"""What a file is given from outside, read before anything is evaluated: the files that it imports, each once, all their
-texts in one space of offsets; and `-p NAME=VALUE`, an expression of the language put in the place of the param's own.
+"""Inputs of a file, read before evaluation: imported files and `-p NAME=VALUE`.
+
+Each imported file is read once, and all texts share one space of offsets. A value of `-p` is an expression of the
+language in place of the param's own.
 """
 
 import re
@@ -51,7 +53,7 @@ NO_FILES: Mapping[Span, ImportedFile] = {}
 
 
 def link(module: nodes.Module, source: Source, files: Files) -> Linked:
-    """Read what a file imports, and what that imports.
+    """Read the imported files of a module, recursively.
 
     Raises:
         CompileError: with every error found in the imported files.
@@ -75,7 +77,7 @@ class _Linker:
     source: Source
     found: dict[Span, ImportedFile] = field(default_factory=dict)
     read: dict[str, ImportedFile | None] = field(default_factory=dict)
-    """By identity; None what could not be read."""
+    """Files by identity; None if a file is unreadable."""
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def follow(self, module: nodes.Module, stack: tuple[str, ...]) -> None:
@@ -156,7 +158,7 @@ def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str]) -> Diagnos
 
 
 def nameless(node: nodes.Import) -> Diagnostic:
-    """What is said of an import whose path has no name to offer."""
+    """Return the diagnostic for an import path that is not a valid name."""
     path = f'"{node.path}"' if node.quoted else node.path
     name = re.sub(r"\W", "_", PurePath(node.path).stem) if node.quoted else node.path.rpartition(".")[2]
     return NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)

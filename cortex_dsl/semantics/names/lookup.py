@@ -1,13 +1,12 @@
-"""The names of one expression: each is known where it stands, or reported with the nearest that is."""
+"""The names of one expression: each is known at its place, or reported with the nearest known name."""
 
 from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import field, replace
 
-from cortex_dsl.semantics.errors.names import UNKNOWN_NAME, UNKNOWN_PARAM, USED_BEFORE
-from cortex_dsl.semantics.errors.objects import SELF_OUTSIDE
+from cortex_dsl.semantics.errors.names import TEMPORAL_PLACE, UNKNOWN_NAME, UNKNOWN_PARAM, USED_BEFORE
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.statements import TEMPORAL_PLACE
+from cortex_dsl.semantics.errors.scene import SELF_OUTSIDE
 from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
 from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, UNASSIGNABLE, Kind, names_of
 from cortex_dsl.semantics.names.tree import TIMED, parts
@@ -19,11 +18,11 @@ from engine.frozen import frozen
 
 @frozen
 class NameTable:
-    """The names of one file, and what is noted down while they are looked up."""
+    """Names of one file, and records of their use."""
 
     findings: Findings
     params: Mapping[str, nodes.ParamEntry]
-    """Of all files."""
+    """Params of all files."""
     all_names: frozenset[str]
     """All that the top level gives a value to."""
     from_scenic: bool = False
@@ -47,7 +46,7 @@ class Names:
     """Names of the behaviour that have no value yet."""
     in_behaviour: bool = False
     running: bool = False
-    """In a behaviour or a monitor."""
+    """Whether the expression is in a behaviour or a monitor."""
 
     def visit(self, node: nodes.Node) -> None:
         match node:
@@ -110,7 +109,7 @@ class Names:
         return name in SPECIAL_NAMES and name not in self.table.all_names
 
     def _kind_of_thing(self, name: str, candidates: AbstractSet[str]) -> str:
-        """Return the cure for `truck` where no object has that name: the class `Truck` is not what is missing."""
+        """Return the cure for `truck` if no object has that name: the class `Truck` exists."""
         meant = class_called(name, names_of(Kind.CLASS)) if name[0].islower() else None
         if meant is None or nearest(name, candidates - BUILTINS.keys()) is not None:
             return ""
@@ -122,7 +121,7 @@ class Names:
             return
         candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
         suggestion = self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
-        self.table.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
+        self.table.used.add(nearest(name, candidates) or name)  # the suggested name counts as used
         if not suggestion and name.endswith("Behavior"):
             suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
         elif not suggestion and name.isupper():

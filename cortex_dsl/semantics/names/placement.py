@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
+from cortex_dsl.semantics.errors.names import STATEMENT_PLACE
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.scenarios import MONITOR_ACTS, SETTING_IN_SCENARIO
-from cortex_dsl.semantics.errors.statements import STATEMENT_PLACE
+from cortex_dsl.semantics.errors.runs import MONITOR_ACTS, SETTING_IN_SCENARIO
 from cortex_dsl.semantics.names.tree import is_timed
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -47,7 +47,7 @@ NOT_IN_SETUP: dict[type, str] = {
 """Statements that a scenario cannot have, and why."""
 
 OF_THE_FILE = ("map", "timestep")
-"""Params of Scenic's scripts that say what road there is, and how it is run."""
+"""Params of Scenic's scripts for the road and the time step."""
 
 INSIDE: dict[type, str] = {
     nodes.Do: "do",
@@ -63,7 +63,7 @@ COMPILED = (
     nodes.Assign, nodes.AugmentedAssign, nodes.ExpressionStatement, nodes.Require, nodes.Assert, nodes.If, nodes.For,
     nodes.While, nodes.Break, nodes.Continue, nodes.Return, nodes.Pass,
 )  # fmt: skip
-"""What may stand in a loop, a branch or a function that the compiler runs."""
+"""Statements that may be in a loop, a branch or a function that the compiler runs."""
 
 
 CURES = {
@@ -72,7 +72,7 @@ CURES = {
     "in the `compose` of a scenario": "write `scenario Main():`, below it, indented, `compose:`, and below that, "
     "indented again, this line",
 }
-"""What to write, by where a statement belongs."""
+"""Cure by the proper place of a statement."""
 
 
 IN_FUNCTION = "in a function"
@@ -80,7 +80,7 @@ IN_FUNCTION = "in a function"
 
 @frozen
 class _Around:
-    """What a statement stands in."""
+    """Surroundings of a statement."""
 
     behaviour: bool = False
     monitor: bool = False

@@ -42,7 +42,7 @@ class Property(Domain):
 
     column: Column = Column.X
     truth: bool = False
-    """Whether it is True or False, kept as 1.0 or 0.0."""
+    """Whether it is True or False, stored as 1.0 or 0.0."""
 
 
 def _truth(name: str, column: Column, doc: str) -> Property:
@@ -115,8 +115,9 @@ SCENIC_ONLY: Mapping[str, str] = {
     "shape": "every outline is a rectangle: `with length L, with width W`",
     "density": "write `with mass M`",
 }
-"""Properties by which Scenic moves, turns or measures an object, and what to write instead: none may be the file's own,
-which would be ignored.
+"""Properties by which Scenic moves, turns or measures an object, and their replacements.
+
+A file cannot define them as its own, since they would be ignored.
 """
 
 

@@ -14,8 +14,8 @@ from cortex_dsl.semantics.errors.names import (
     UNUSED_GENE,
 )
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.roads import MAP_TWICE
-from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.runs import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.scene import MAP_TWICE
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, nameless
 from cortex_dsl.semantics.names.lookup import Names, NameTable
 from cortex_dsl.semantics.names.placement import check_placement
@@ -72,7 +72,7 @@ class BodyNames:
             if parameter.default is not None:
                 outside.visit(parameter.default)
         if not isinstance(self.definition, nodes.MonitorDefinition | nodes.FunctionDefinition):
-            # What a scenario sets up has its values when its guards are tested, what a behaviour assigns has not.
+            # Variables of a setup have values when guards are tested, variables of a behaviour have none yet.
             scenario = isinstance(self.definition, nodes.ScenarioDefinition)
             names = replace(self._names(), early=frozenset()) if scenario else self._names()
             for guard in (*self.definition.preconditions, *self.definition.invariants):
@@ -89,7 +89,7 @@ class BodyNames:
         return Names(self.table, self.table.all_names, inner, early, self.in_behaviour, running=True)
 
     def _waits_for_run(self, statement: nodes.Statement) -> bool:
-        """Whether a statement of a setup is evaluated when everything has been set up."""
+        """Return whether a statement of a setup is evaluated after all setups."""
         setup = self.definition.setup if isinstance(self.definition, nodes.ScenarioDefinition) else ()
         return speaks_of_run(statement) and any(statement is each for each in setup)
 
@@ -155,7 +155,7 @@ class _Resolver:
     findings: Findings
     imports: Imports
     params: Mapping[str, nodes.ParamEntry]
-    """Of all files."""
+    """Params of all files."""
     from_scenic: bool = False
     known: set[str] = field(default_factory=set)
     """Names of the top level that have a value by now."""

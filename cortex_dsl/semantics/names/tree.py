@@ -1,6 +1,4 @@
-"""What follows from the syntax tree alone: its parts, the names that statements bind, the moments of a condition, and
-which params belong to the system under test.
-"""
+"""Facts of the syntax tree alone: parts, bound names, moments of a condition, params of the system under test."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
@@ -8,9 +6,8 @@ from typing import TypeGuard
 from weakref import finalize
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics.errors.names import DUPLICATE
+from cortex_dsl.semantics.errors.names import DUPLICATE, NO_SYSTEM_PARAM
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.statements import NO_SYSTEM_PARAM
 from cortex_dsl.semantics.names.builtins import OVER_RUN
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -39,8 +36,8 @@ def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:
 
 
 _OF_FILES: dict[int, tuple[nodes.Node, ...]] = {}
-"""The nodes of each file that there is, by its identity, as trees are equal by their contents; an entry goes with its
-file, before another can have that identity."""
+"""Nodes of each file by its identity, since trees are equal by contents; an entry is removed with its file, before the
+identity can be reused."""
 
 
 def _below(node: nodes.Node) -> Iterator[nodes.Node]:
@@ -77,7 +74,7 @@ TIMED = ("always", "eventually", "next", "until")
 
 
 def subformulas(node: nodes.Expression) -> tuple[nodes.Expression, ...]:
-    """What a logical operator joins; () for anything else."""
+    """Return the operands of a logical operator; () for any other expression."""
     match node:
         case nodes.Temporal(operands=operands) | nodes.BoolOp(operands=operands):
             return operands
@@ -87,7 +84,7 @@ def subformulas(node: nodes.Expression) -> tuple[nodes.Expression, ...]:
 
 
 def is_timed(node: nodes.Expression) -> bool:
-    """Whether a condition speaks of more than one moment."""
+    """Return whether a condition concerns more than one moment."""
     return (isinstance(node, nodes.Temporal) and node.operator in TIMED) or any(map(is_timed, subformulas(node)))
 
 
@@ -108,7 +105,7 @@ def always_condition(node: nodes.Expression) -> nodes.Expression | None:
     return None
 
 
-# -- what stands in one node -------------------------------------------------------------------------------------------
+# -- parts of one node -------------------------------------------------------------------------------------------------
 
 
 def bound_name(node: nodes.Import) -> str | None:
@@ -154,13 +151,13 @@ SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "Verifa
 
 
 def is_searched(value: nodes.Expression) -> bool:
-    """Whether the value of a param makes it a gene."""
+    """Return whether the value of a param makes it a gene."""
     if isinstance(value, nodes.WithUnit | nodes.Degrees):
         value = value.value
     return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED
 
 
-# -- what statements bind, and what definitions consist of -------------------------------------------------------------
+# -- bindings of statements, and parts of definitions ------------------------------------------------------------------
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition | nodes.FunctionDefinition
 
@@ -190,7 +187,7 @@ def bound_by(statement: nodes.Statement) -> tuple[str, ...]:
 
 
 def assigned(statements: tuple[nodes.Statement, ...]) -> Iterator[str]:
-    """Names that a body assigns, nested blocks included; what a definition in it assigns is its own."""
+    """Yield the names that a body assigns, including nested blocks but not nested definitions."""
     for statement in statements:
         yield from bound_by(statement)
         for part in () if isinstance(statement, Definition) else parts(statement):
@@ -231,7 +228,7 @@ def body_of(definition: Definition) -> tuple[nodes.Statement, ...]:
 
 
 def looked_at(statement: nodes.Statement) -> Iterator[nodes.Expression]:
-    """What is worked out in every sample."""
+    """Yield the expressions of a statement that are evaluated in every sample."""
     match statement:
         case nodes.Require(condition=condition) | nodes.Expect(condition=condition):
             yield from atoms(condition)
@@ -252,7 +249,7 @@ def names_in(statement: nodes.Statement) -> tuple[str, ...]:
 
 
 def speaks_of_run(statement: nodes.Statement) -> bool:
-    """Whether a statement speaks of the running simulation, so that it is evaluated when all objects are there."""
+    """Return whether a statement concerns the running simulation, so that it is evaluated after all objects exist."""
     if isinstance(statement, nodes.Require):
         return is_timed(statement.condition)
     return isinstance(statement, nodes.TerminateWhen | nodes.Record | nodes.Expect | nodes.Optimize)
@@ -274,7 +271,7 @@ SYSTEM = "system"
 
 
 def system_params(module: nodes.Module, params: Mapping[str, nodes.ParamEntry], findings: Findings) -> tuple[str, ...]:
-    """The names that the file lists, each once, in the order of the list; what is no param is reported."""
+    """Return the names that the file lists, each once, in the order of the list; report names that are no params."""
     names: list[str] = []
     for node in _listed(module):
         if not isinstance(node, nodes.Name) or node.id not in params:
@@ -287,12 +284,12 @@ def system_params(module: nodes.Module, params: Mapping[str, nodes.ParamEntry], 
 
 
 def lists_names(statement: nodes.Statement, part: nodes.Node) -> bool:
-    """Whether a part of a statement is such a list."""
+    """Return whether a part of a statement is the list of params of the system under test."""
     return isinstance(statement, nodes.Simulation) and isinstance(part, nodes.Argument) and part.name == SYSTEM
 
 
 def _listed(module: nodes.Module) -> Iterator[nodes.Expression]:
-    """What stands in the lists."""
+    """Yield the items of the lists of names."""
     for statement in module.statements:
         if isinstance(statement, nodes.Simulation):
             for argument in statement.arguments:

@@ -1,1 +1,1 @@
-"""Numbers with a dimension, arithmetic on expressions, and what is known of a number before the run knows it."""
+"""Numbers with a dimension, arithmetic on expressions, and static bounds of numbers."""

@@ -1,9 +1,11 @@
 """Expressions of the IR: interned, written as formulas, and folded where folding gives the very bits of the kernel.
 
-Terms read as they are calculated: `a + b * c`, `a < b`, `where(c, a, b)`, `minimum(a, b)`; a number beside a term
-becomes a literal. `~`, `&` and `|` are the logic of truths. `==` stays identity, since passes key on it: see `equal`.
+Terms have the form of their calculation: `a + b * c`, `a < b`, `where(c, a, b)`, `minimum(a, b)`; a number as an
+operand becomes a literal. `~`, `&` and `|` are the logic of truths. `==` stays identity, since passes key on it: see
+`equal`.
 
-Transcendental operations on constants stay operations: a concrete copy of a case must compute what the original did.
+Transcendental operations on constants stay operations: a concrete copy of a case must compute the values of the
+original.
 """
 
 import math
@@ -30,7 +32,7 @@ class Term(ir.Expr):
 
     algebra: "Algebra"
     depth: int
-    """How many operations lie below it, one on the result of the other."""
+    """Number of nested operations below it."""
 
     def __add__(self, other: "Operand") -> "Term":
         return self.algebra.apply(Op.ADD, self, other)
@@ -143,7 +145,7 @@ class _Item(Term, ir.Item): ...
 
 @dataclass
 class Algebra:
-    """Makes terms; equal ones are the same object. `span` is the place of what is being made."""
+    """Makes terms; equal terms are the same object. `span` is the place of the present term."""
 
     span: Span = NOWHERE
     known: dict[tuple[object, ...], Any] = field(default_factory=dict)
@@ -171,15 +173,15 @@ class Algebra:
         return self._interned(("number", of), _Number, of)
 
     def random(self) -> Term:
-        """A fresh number of the behaviour stream: never shared with another."""
+        """Return a new number of the behaviour stream, which no other term shares."""
         return self._own(Operation(self.span, Op.RANDOM, ()))
 
     def time(self) -> Term:
-        """Of the run [s]."""
+        """Return the time of the run [s]."""
         return self.apply(Op.TIME)
 
     def state(self, actor: int, column: State) -> Term:
-        """What the run knows of an object now."""
+        """Return a state value of an object at the present sample."""
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
     def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
@@ -188,26 +190,26 @@ class Algebra:
         return self.apply(Op.TTC, *noticed, immediates=(actor, other) + (1,) * len(noticed))
 
     def crossing(self, me: int, other: int, look: "Term", width: int) -> tuple["Term", ...]:
-        """Where two ways cross: the numbers of `engine.kernels.crossing.Crossing`, for one who looks so."""
+        """Return the items of `engine.kernels.crossing.Crossing` for two actors, under the foresight `look`."""
         return self.items(self.apply(Op.CROSSING, look, immediates=(me, other), width=width), width)
 
     def decided_outside(self, number: int) -> Term:
         return self.apply(Op.ACTION, immediates=(number,))
 
     def velocity(self, actor: int) -> tuple[Term, ...]:
-        """Of an object's rear axle as its body moves: x and y [m/s], and its yaw rate [rad/s]."""
+        """Return the velocity (x, y) of an object's rear axle [m/s], sliding included, and its yaw rate [rad/s]."""
         return self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=3), 3)
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
-        """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
+        """Return whether one actor sees another now; the index is -1 for a packed view or outline."""
         return self.apply(Op.SEES, view, outline, immediates=(viewer, other))
 
     def notices(self, viewer: int, other: int, reach: Term) -> Term:
-        """Whether nothing hides one actor from another within a reach [m]."""
+        """Return whether one actor is within a reach [m] of another and not hidden from it."""
         return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
     def touches(self, actor: int = -1) -> Term:
-        """Whether the ego has touched an actor, or anybody (-1)."""
+        """Return whether the ego has touched an actor, or any actor (-1)."""
         return self.apply(Op.TOUCHES, immediates=(actor,))
 
     def pack(self, *items: Term) -> Term:
@@ -217,7 +219,7 @@ class Algebra:
         return tuple(self._interned(("item", bundle, i), _Item, bundle, i) for i in range(count))
 
     def look(self, view: Term, outline: Term, actors: int) -> Term:
-        """Whether an outline is in a packed view at the start, where so many actors are placed by now."""
+        """Return whether an outline is in a packed view at the start, where the first `actors` actors may hide it."""
         return self.apply(Op.CAN_SEE, view, outline, immediates=(actors,))
 
     def apply(self, op: Op, *operands: Operand, immediates: tuple[int, ...] = (), width: int = 1) -> Term:
@@ -335,13 +337,13 @@ def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
 
 
 def lead_on(path: Term, actor: int, reach: Term) -> tuple[Term, Term]:
-    """Gap to who is ahead of an object on a path [m], and its speed along it [m/s], of those noticed within a reach."""
+    """Return gap [m] and speed along a path [m/s] of the actor ahead, among those noticed within `reach`."""
     gap, speed = path.algebra.items(path.algebra.apply(Op.LEAD, path, reach, immediates=(actor,), width=2), 2)
     return gap, speed
 
 
 def sees_within(limit: Term, actor: int) -> Term:
-    """Whether an object sees another whose centre is nearer than a limit."""
+    """Return whether an object sees another object whose centre is nearer than `limit` [m]."""
     return limit.algebra.apply(Op.WITHIN, limit, immediates=(actor,))
 
 

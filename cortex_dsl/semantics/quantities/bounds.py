@@ -1,5 +1,4 @@
-"""What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is
-decided whatever a search chooses, and by how much it holds.
+"""Static bounds of numbers and conditions: intervals, certainty for every choice of a search, and margins.
 
 A margin is a number that is positive where a condition holds and negative where it does not. `a <= b` holds by b - a,
 `a and b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|.
@@ -26,7 +25,7 @@ from engine.operators.bounds import EVERYTHING, Domain, Interval
 
 
 def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
-    """What an expression is made of."""
+    """Return the direct operands of an expression."""
     match expression:
         case ir.Apply(arguments=arguments):
             return arguments
@@ -38,7 +37,7 @@ def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
 
 
 def parts(expression: ir.Expr) -> list[ir.Expr]:
-    """All distinct expressions that this one is made of, operands before what uses them, itself last."""
+    """Return all distinct parts of an expression, operands before their users, the expression itself last."""
     ordered: dict[ir.Expr, None] = {}
     stack = [(expression, False)]
     while stack:
@@ -59,7 +58,7 @@ def leaves(expression: ir.Expr) -> list[ir.Expr]:
 
 
 def is_dynamic(expression: ir.Expr) -> bool:
-    """Whether the value may change during a run."""
+    """Return whether the value may change during a run."""
     return any(map(changes, parts(expression)))
 
 
@@ -72,7 +71,7 @@ Result = TypeVar("Result")
 
 
 def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
-    """What an expression is worth, from what its operands are worth; shared parts are asked once."""
+    """Fold an expression bottom-up: `worth` maps a part and its operands' results to a result; shared parts once."""
     known: dict[ir.Expr, Result] = {}
     for part in parts(expression):
         known[part] = worth(part, [known[operand] for operand in operands(part)])
@@ -92,9 +91,9 @@ def closed_value(
     genes: Numbers = NOTHING,
     draws: Numbers = NOTHING,
 ) -> float | None:
-    """Value of an expression without anything unknown in it; None for any other, NaN where it has none.
+    """Return the value of an expression without unknowns; None for any other, NaN if it has no value.
 
-    `genes` (SI) and `draws` are known ones, by index.
+    `genes` (SI) and `draws` are known values, by index.
     """
 
     def worth(part: ir.Expr, values: list[float | None]) -> float | None:
@@ -132,7 +131,7 @@ def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
 
 
 def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int, Interval]) -> Interval:
-    """The same of an operation whose operands lie in the intervals `within`."""
+    """Return the interval of an operation whose operands lie in the intervals `within`."""
     match part:
         case ir.Literal(value=value):
             return (value, value)
@@ -183,14 +182,14 @@ class Weight:
     """Of one `require` over all variants in which it was met."""
 
     possible: bool
-    """Whether it could hold in one of them."""
+    """Whether it could hold in some variant."""
     certain: bool
     """Whether it holds in all of them."""
     genes: frozenset[int]
-    """On which genes it depends."""
+    """Indices of the genes that it depends on."""
 
     def joined(self, other: "Weight | None") -> "Weight":
-        """Of the variants of both."""
+        """Return the weight over the variants of both."""
         if other is None:
             return self
         return Weight(self.possible or other.possible, self.certain and other.certain, self.genes | other.genes)
@@ -201,7 +200,7 @@ class Weight:
 
 
 def weight_of(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
-    """A condition whose truth lies in an interval; without `certain` it is not tested in every scene."""
+    """Return the weight of a condition by the interval of its truth; `certain`: it is tested in every scene."""
     return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
 
 
@@ -229,7 +228,7 @@ def _range(gene: ir.GeneInfo) -> str:
 # -- margins -----------------------------------------------------------------------------------------------------------
 
 Dimensions = Mapping[Term, ir.Dimension | None]
-"""Dimension of what each comparison compares; None where all is bare."""
+"""Dimension of the operands of each comparison; None if all are bare."""
 
 LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
 

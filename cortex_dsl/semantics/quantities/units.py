@@ -1,4 +1,4 @@
-"""Units and dimensions: what the unit words mean, and how a dimension is called in messages. SI inside."""
+"""Units and dimensions: meanings of the unit words, and names of dimensions in messages. SI inside."""
 
 import math
 

@@ -1,1 +1,1 @@
-"""Explain a syntax error: `table` holds the likely mistakes, the files beside it the rules that know them."""
+"""Explain a syntax error: `table` lists the likely mistakes, the other files of this folder contain their rules."""

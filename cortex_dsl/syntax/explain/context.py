@@ -29,7 +29,7 @@ class Word:
 
 @frozen
 class ErrorContext:
-    """Where reading stopped, and what could have stood there."""
+    """Place at which parsing stopped, and the accepted tokens there."""
 
     source: Source
     layout: Layout
@@ -54,7 +54,7 @@ class ErrorContext:
 
     @cached_property
     def place(self) -> int:
-        """Index into `words` of the first one that does not fit."""
+        """Return the index into `words` of the first one that does not fit."""
         return next((i for i, word in enumerate(self.words) if word.span.end > self.offset), len(self.words) - 1)
 
     @property
@@ -87,10 +87,10 @@ class ErrorContext:
 
     @property
     def wants_value(self) -> bool:
-        """Whether an expression could begin here."""
+        """Return whether an expression could begin here."""
         return "NUMBER" in self.accepts
 
     @property
     def wants_operator(self) -> bool:
-        """Whether an expression has just ended here."""
+        """Return whether an expression has just ended here."""
         return "PLUS" in self.accepts and not self.wants_value

@@ -1,4 +1,4 @@
-"""Mistakes of habit: what another language, an older Scenic or a fuller one would have accepted.
+"""Mistakes of habit: text that another language, an older Scenic or a fuller one would accept.
 
 Comments of C, ranges of OpenSCENARIO, signs of other languages, statements that Scenic has and this language lacks.
 Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
@@ -58,7 +58,7 @@ def not_supported(context: ErrorContext) -> Diagnostic | None:
 
 
 def beyond_along(context: ErrorContext) -> Diagnostic | None:
-    """`beyond intersection by 10 m along way`: what lies behind it on a way is `after` it."""
+    """Explain `beyond intersection by 10 m along way`: a place behind it on a way is `after` it."""
     if context.found.text != "along" or not any(word.text == "beyond" for word in context.words[: context.place]):
         return None
     return errors.UNEXPECTED.at(
@@ -70,7 +70,7 @@ def beyond_along(context: ErrorContext) -> Diagnostic | None:
 
 def _later(word: Word, what: str, cure: str = "") -> Diagnostic:
     message = f"not supported yet: {what}"
-    return errors.NOT_SUPPORTED.at(word.span, message, reason=errors.NOT_SUPPORTED.why, cure=cure)
+    return errors.NOT_SUPPORTED.at(word.span, message, reason=errors.NOT_SUPPORTED.reason, cure=cure)
 
 
 def foreign_spelling(context: ErrorContext) -> Diagnostic | None:
@@ -134,7 +134,7 @@ def text_prefix(context: ErrorContext) -> Diagnostic | None:
 
 
 def missing_new(context: ErrorContext) -> Diagnostic | None:
-    """`ego = Car at p`, and `ego = Car in lane, with speed 5`, whose `in` was read as a comparison."""
+    """Explain `ego = Car at p`, and `ego = Car in lane, with speed 5`, whose `in` is read as a comparison."""
     after, goes_on = context.after, context.found.text == "," and context.bracket is None
     place = after.text if goes_on and after is not None else context.found.text
     if place not in SPECIFIER_WORDS or any(word.text == "new" for word in context.words[: context.place]):
@@ -145,7 +145,7 @@ def missing_new(context: ErrorContext) -> Diagnostic | None:
             return errors.MISSING_NEW.at(
                 name.span,
                 f"missing `new` before `{name.text}`",
-                reason=errors.MISSING_NEW.why,
+                reason=errors.MISSING_NEW.reason,
                 cure=f"write `new {name.text} {specifier.text} …`",
             )
     return None
@@ -167,7 +167,7 @@ def _foreign(span: Span, message: str, cure: str) -> Diagnostic:
 
 
 def odd_blank(context: ErrorContext) -> Diagnostic | None:
-    """A space from a web page or a word processor, which looks like any other and separates no words."""
+    """Explain a space from a web page or a word processor, which looks like any other and separates no words."""
     start = context.before.span.end if context.before is not None else context.line.start
     found = _ODD_BLANK.search(context.source.text, start, max(start, context.found.span.start))
     if found is None:

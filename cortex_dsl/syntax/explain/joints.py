@@ -1,4 +1,4 @@
-"""Slips in what defines and joins: classes, scenarios, guards, imports, and requirements over time.
+"""Mistakes in definitions and connections: classes, scenarios, guards, imports, and requirements over time.
 
 Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
 """
@@ -27,7 +27,7 @@ _SECOND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 
 
 def misspelt_second_word(context: ErrorContext) -> Diagnostic | None:
-    """`do chose A()`, `require allways x`: a known statement whose second word is nearly right."""
+    """Explain `do chose A()`, `require allways x`: a known statement with a misspelt second word."""
     if context.place > 2 or len(context.words) < 3:
         return None
     second, known = context.words[1], _SECOND_WORDS.get(context.first.text, ())
@@ -76,7 +76,7 @@ def temporal_elsewhere(context: ErrorContext) -> Diagnostic | None:
 
 def _misplaced(word: Word, cure: str) -> Diagnostic:
     return errors.MISPLACED_TEMPORAL.at(
-        word.span, f"`{word.text}` cannot be used here", reason=errors.MISPLACED_TEMPORAL.why, cure=cure
+        word.span, f"`{word.text}` cannot be used here", reason=errors.MISPLACED_TEMPORAL.reason, cure=cure
     )
 
 
@@ -135,14 +135,14 @@ def class_line(context: ErrorContext) -> Diagnostic | None:
             found.span if found.text == "=" else Span(first.span.end, first.span.end),
             f"a property is given a default with `:`{', not `=`' if found.text == '=' else ''}",
             "expected `:`",
-            reason=errors.CLASS_BODY.why,
+            reason=errors.CLASS_BODY.reason,
             cure=f"write `{first.text}: value`",
         )
     if context.place == 0 and {"NAME", "STRING", "_PASS"} <= context.accepts and "NUMBER" not in context.accepts:
         return errors.CLASS_BODY.at(
             found.span,
             f"`{found.text}` cannot be used in a class",
-            reason=errors.CLASS_BODY.why,
+            reason=errors.CLASS_BODY.reason,
             cure="write `name: value`; what an object does belongs in its `behavior`",
         )
     return None
@@ -179,13 +179,13 @@ def _quoted_path(context: ErrorContext) -> str:
 
 
 def _wrong_import(word: Word, message: str, cure: str) -> Diagnostic:
-    return errors.WRONG_IMPORT.at(word.span, message, reason=errors.WRONG_IMPORT.why, cure=cure)
+    return errors.WRONG_IMPORT.at(word.span, message, reason=errors.WRONG_IMPORT.reason, cure=cure)
 
 
 _SIDES: Mapping[str, str] = MappingProxyType(
     {"ahead": "ahead of", "front": "ahead of", "left": "left of", "right": "right of"}
 )
-"""What stands beside an object, without its `of` or in plain English."""
+"""Words for places next to an object, without `of` or in plain English."""
 
 
 def side_without_of(context: ErrorContext) -> Diagnostic | None:

@@ -1,7 +1,7 @@
-"""Statements whose words or signs are nearly right (`wait 3 s`, `terminate if x`, `with speed = 5`), and what is said
-as in a sentence (`15 to 50 km/h`, `40 m before intersection`, `when ego collides with truck`).
+"""Statements with almost correct words or signs (`wait 3 s`, `terminate if x`, `with speed = 5`), and phrases of prose.
 
-Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
+Phrases are, e.g., `15 to 50 km/h`, `40 m before intersection`, `when ego collides with truck`. Rules of the table of
+mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
 """
 
 import re
@@ -57,7 +57,7 @@ def does_not_compare(context: ErrorContext) -> Diagnostic:
         context.found.span,
         "`=` does not compare",
         "did you mean `==`?",
-        reason=errors.ASSIGNMENT_IN_CONDITION.why,
+        reason=errors.ASSIGNMENT_IN_CONDITION.reason,
         cure="write `==`",
     )
 
@@ -209,7 +209,7 @@ def function_in_a_class(context: ErrorContext) -> Diagnostic | None:
     return errors.CLASS_BODY.at(
         context.first.span,
         "a class has no functions",
-        reason=errors.CLASS_BODY.why,
+        reason=errors.CLASS_BODY.reason,
         cure="write each property as a line `name: value`, such as `width: 2.2 m`",
     )
 

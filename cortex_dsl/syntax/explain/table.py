@@ -1,8 +1,9 @@
-"""What to say where the grammar stops: the table of likely mistakes, and what is said where none of them fits.
+"""The table of likely mistakes at a syntax error, and the answer if none of them fits.
 
 Each mistake is a rule, from the context of an error to its diagnostic, or to None if it is another mistake. The first
-rule that knows the mistake answers, so the more special ones come first. The rules stand in the files beside this one:
-`habits` of other languages, `phrasing` of sentences, `joints` of what defines and joins, and `punctuation`.
+rule that knows the mistake answers, so special rules come before general ones. The other files of this folder contain
+the rules: `habits` of other languages, `phrasing` of sentences, `joints` of definitions and connections, and
+`punctuation`.
 """
 
 from collections.abc import Callable
@@ -19,7 +20,7 @@ from engine.frozen import frozen
 
 @frozen
 class Mistake:
-    """One row: what people write, the code that answers it, and the rule that knows it (a test compiles each)."""
+    """One row: the wrong text, the code of its answer, and its rule (a test compiles each)."""
 
     written: str
     code: str
@@ -175,7 +176,7 @@ _SPOKEN = {
 
 
 def expectations(context: ErrorContext) -> list[str]:
-    """What could stand here, in human words, the most useful first."""
+    """Return the expected input at this place in plain words, the most useful first."""
     accepts = set(context.accepts)
     words: list[str] = []
     if {"_REQUIRE", "_PASS"} <= accepts:
