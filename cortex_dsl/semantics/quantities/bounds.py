@@ -85,7 +85,7 @@ def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]
 
 
 def _power(a: float, b: float) -> float:
-    """As the kernels have it: infinite where it overflows, NaN where it is no real number."""
+    """Return a power as in the kernels: infinite on overflow, NaN if it is no real number."""
     try:
         return math.pow(a, b)
     except OverflowError:
