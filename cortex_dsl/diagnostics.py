@@ -27,22 +27,6 @@ class Label:
 
 
 @frozen
-class Page:
-    """Constant facts of a code, printed by `cortexc explain`. Declared with the code, next to its check."""
-
-    title: str
-    why: str
-    wrong: str = ""
-    """The smallest whole program that raises the code."""
-    right: str = ""
-    """The same program, corrected."""
-    options: tuple[str, str] = ("", "")
-    """The `-p NAME=VALUE` that `wrong` and `right` are compiled with."""
-    shown: str = ""
-    """When the code is raised, if not while `wrong` is compiled: `while the file is read`."""
-
-
-@frozen
 class Diagnostic:
     """One finding: the error (`message`), its place, the reason (`reason`), and how to correct it (`cure`)."""
 

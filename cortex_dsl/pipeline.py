@@ -8,7 +8,6 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.files import DISK, Files, map_among_others
 from cortex_dsl.lowering import lower
-from cortex_dsl.no_garbage import no_garbage_collected
 from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.names.linking import link
 from cortex_dsl.source import Source, Span
@@ -37,7 +36,6 @@ class Compiled:
     """The file behind each import statement."""
 
 
-@no_garbage_collected()
 def compile_source(
     source: Source,
     overrides: Mapping[str, str] = NO_OVERRIDES,

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.api.codes import find
 from cortex_dsl.cli.command_table import FILE, SUBCOMMANDS
+from cortex_dsl.codes import find
 from docs.builder.pages import GENERATED, anchor
 
 ROOT = Path(__file__).parents[1]

@@ -49,7 +49,7 @@ def test_wheel_holds_our_packages_and_nothing_else(wheel: zipfile.ZipFile) -> No
     assert len(tops) == len(PACKAGES) + 1
 
 
-def test_wheel_holds_the_grammar_the_examples_and_every_module(wheel: zipfile.ZipFile) -> None:
+def test_wheel_holds_the_grammar_the_examples_the_pages_and_every_module(wheel: zipfile.ZipFile) -> None:
     """What the command reads ships as data of its package, and no module of the tree is left behind."""
     names = set(wheel.namelist())
     held = (path for folder in FOLDERS for path in (ROOT / folder).iterdir() if path.is_file() and path.suffix != ".md")
@@ -58,6 +58,9 @@ def test_wheel_holds_the_grammar_the_examples_and_every_module(wheel: zipfile.Zi
     assert data == {"cortex_dsl/data/grammar/cortex.lark", *examples}
     modules = {str(p.relative_to(ROOT)) for package in PACKAGES for p in (ROOT / package).rglob("*.py")}
     assert modules - names == set()
+    codes = {str(p.relative_to(ROOT)) for p in (ROOT / "cortex_dsl" / "codes").glob("SCN*/*")}
+    assert codes
+    assert codes - names == set()
 
 
 def test_wheel_installs_the_command(wheel: zipfile.ZipFile) -> None:

@@ -11,8 +11,8 @@ from urllib.parse import unquote
 
 import pytest
 
-from cortex_dsl.api.codes import entries
 from cortex_dsl.cli.command_table import SUBCOMMANDS
+from cortex_dsl.codes import entries
 from docs.builder import program
 from docs.builder.pages import GENERATED, OF_THE_ROOT, ROOT, anchor, laid_out, sources
 from docs.builder.site import build, navigation, stage

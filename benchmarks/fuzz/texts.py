@@ -83,13 +83,12 @@ class Fuzzed:
 
 
 def corpus() -> list[str]:
-    """Programs to mutate: the examples, every block of the reference, and what the tests compile."""
+    """Programs to mutate: the examples, every block of the reference, and the programs of diagnostics and tests."""
     texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "examples").glob("*.scn"))]
     for page in sorted((ROOT / "docs").rglob("*.md")):
         texts += [block.split("```")[0] for block in page.read_text(encoding="utf-8").split("```scn\n")[1:]]
-    return texts + [
-        path.read_text(encoding="utf-8", errors="replace") for path in sorted((ROOT / "tests").rglob("*.scn"))
-    ]
+    programs = (path for folder in ("cortex_dsl/codes", "tests") for path in sorted((ROOT / folder).rglob("*.scn")))
+    return texts + [path.read_text(encoding="utf-8", errors="replace") for path in programs]
 
 
 def mutated_bytes(rng: random.Random, texts: list[str]) -> bytes:

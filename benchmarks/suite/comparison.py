@@ -19,7 +19,7 @@ from engine.search.campaign import Campaign, Progress
 from engine.search.evaluator import make_evaluator
 from engine.search.objectives import objectives
 from engine.search.protocol import Box, Searcher
-from engine.search.run import run_campaign
+from engine.search.run import Task, run_campaign
 from engine.search.searchers import Watched, build_searcher, seek
 from engine.streams import method_number, operator_generator
 
@@ -110,7 +110,8 @@ def searched(name: str, method: str, objective: str, budget: int, run: int) -> F
     def note(_progress: Progress) -> None:
         clock.append(time.process_time() - begun)
 
-    campaign = run_campaign(space, searcher, evaluate, budgeted, method, on_generation=note, objective=(objective,))
+    task = Task(space, evaluate, budgeted, method, objective=(objective,))
+    campaign = run_campaign(task, searcher, note)
     return found_in(campaign, name, made.program, run, time.perf_counter() - start, clock)
 
 

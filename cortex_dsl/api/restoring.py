@@ -8,7 +8,7 @@ from cortex_dsl.api.derived_files import REMARKS, Difference, checked_checksums,
 from cortex_dsl.api.runs import OpenedRun
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
 from engine.search.journal import Journal
-from engine.search.run import summarize
+from engine.search.run import Task, summarize
 from engine.search.store import JOURNAL, hold
 from engine.study.database import Study, read_study
 from engine.study.study_files import study_files
@@ -27,17 +27,17 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
     search = manifest.config.search
     if _only_repeats(run):
         search = replace(search, probes=0)
-    campaign = summarize(
+    task = Task(
         program.space,
         make_evaluator(program, config, PROFILES[manifest.profile], ()),
         search,
         manifest.method,
         manifest.preset,
-        list(zip(record.past(), record.generations, strict=True)),
+        manifest.objective,
         make_blaming(program, config),
-        status,
     )
-    return replace(campaign, objective=manifest.objective, elapsed=record.seconds)
+    done = list(zip(record.past(), record.generations, strict=True))
+    return replace(summarize(task, done, status), elapsed=record.seconds)
 
 
 def compared(run: OpenedRun) -> tuple[dict[str, Difference | None], list[str]]:

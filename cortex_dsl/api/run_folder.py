@@ -30,7 +30,7 @@ from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
 from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec
 from engine.search.ranking import worst_cases, worst_runs
-from engine.search.run import search
+from engine.search.run import Past, search
 from engine.search.searchers import canonical
 from engine.search.store import (
     JOURNAL,
@@ -240,10 +240,8 @@ def campaign_of(work: SearchJob, record: Record | None) -> Campaign:
             config,
             manifest.profile,
             work.on_generation,
-            past=record.past() if record else (),
-            spent=record.spent if record else 0.0,
+            past=Past(record.past() if record else (), record.spent if record else 0.0, manifest.method_number),
             workers=work.workers,
-            number=manifest.method_number,
             objective=work.objective or manifest.objective,
         )
     except ForeignPastError as error:

@@ -9,8 +9,8 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from cortex_dsl.api.codes import Entry
-    from cortex_dsl.diagnostics import Diagnostic, Page
+    from cortex_dsl.codes import Entry, Page
+    from cortex_dsl.diagnostics import Diagnostic
     from cortex_dsl.source import Source
 
 
@@ -28,7 +28,7 @@ def _explain(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _found(text: str) -> "Entry":
-    from cortex_dsl.api import codes
+    from cortex_dsl import codes
 
     entry = codes.find(text)
     if entry is None:
@@ -43,7 +43,7 @@ def _found(text: str) -> "Entry":
 
 
 def _list(json: bool, terminal: Terminal) -> None:
-    from cortex_dsl.api import codes
+    from cortex_dsl import codes
 
     entries = codes.entries()
     if json:
@@ -66,11 +66,10 @@ def _summary(entry: "Entry") -> dict[str, object]:
 
 
 def _show(entry: "Entry", json: bool, terminal: Terminal) -> None:
-    from cortex_dsl.diagnostics import Page
     from cortex_dsl.report.findings.snippet import as_json
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 
-    page = entry.page or Page("", "")
+    page = entry.page
     source, said = _said(entry.code, page)
     if json:
         terminal.document("code", {**_summary(entry), **_content(page), "says": as_json(source, said)})
@@ -112,7 +111,7 @@ def _program(out: "Console", heading: str, text: str, option: str) -> None:
 
 def _said(code: str, page: "Page") -> tuple["Source", list["Diagnostic"]]:
     """Return the source of the wrong example and the compiler's diagnostic with this code."""
-    from cortex_dsl.api.codes import judged
+    from cortex_dsl.codes import judged
     from cortex_dsl.source import Source
 
     if page.shown:

@@ -17,8 +17,8 @@ from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.findings.readable import significant
-from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
-from cortex_dsl.semantics.errors.objectives import NO_NUMBER
+from cortex_dsl.semantics.errors.runs import NO_NUMBER
+from cortex_dsl.semantics.errors.values import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
 from engine.built_in import checking

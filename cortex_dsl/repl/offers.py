@@ -93,7 +93,7 @@ def _params(state: State) -> Iterator[Offer]:
 
 
 def _codes(_state: State) -> Iterator[Offer]:
-    from cortex_dsl.api.codes import entries
+    from cortex_dsl.codes import entries
 
     yield from ((entry.code, entry.title) for entry in entries())
 

@@ -15,11 +15,9 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.repl.draft import Draft, History
 from cortex_dsl.repl.session_kernels import Kernels
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
-from cortex_dsl.semantics.errors.names import DEAD_GENE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
-from cortex_dsl.semantics.errors.objects import NO_EGO
-from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
-from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
-from cortex_dsl.semantics.errors.statements import EMPTY_FILE
+from cortex_dsl.semantics.errors.names import DEAD_GENE, EMPTY_FILE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
+from cortex_dsl.semantics.errors.runs import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.scene import DEFAULT_MAP, NO_EGO
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.reading import decode
 from engine.program import Program

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
 from cortex_dsl.semantics.errors.names import (
+    ALWAYS_TRUE,
     DEAD_GENE,
     SHADOWS,
     UNREAD_PROPERTY,
@@ -24,7 +25,6 @@ from cortex_dsl.semantics.errors.names import (
     UNUSED_NAME,
     UNUSED_SCENARIO,
 )
-from cortex_dsl.semantics.errors.statements import ALWAYS_TRUE
 from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.builtins import BUILTINS

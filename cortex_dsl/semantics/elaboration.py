@@ -18,12 +18,10 @@ from cortex_dsl.semantics.acting.objectives import objectives_of
 from cortex_dsl.semantics.acting.rules import temporal_requirements
 from cortex_dsl.semantics.advice import with_advice
 from cortex_dsl.semantics.composition import setting_up
-from cortex_dsl.semantics.errors.chance import NO_OPTIONS, TOO_MANY_VARIANTS
-from cortex_dsl.semantics.errors.compile_time import EMPTY_REGION
+from cortex_dsl.semantics.errors.names import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
 from cortex_dsl.semantics.errors.problems import Findings, NeedsExpansion
-from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
-from cortex_dsl.semantics.errors.statements import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
-from cortex_dsl.semantics.errors.values import NEVER_EQUAL
+from cortex_dsl.semantics.errors.scene import DEFAULT_MAP
+from cortex_dsl.semantics.errors.values import EMPTY_REGION, NEVER_EQUAL, NO_OPTIONS, TOO_MANY_VARIANTS
 from cortex_dsl.semantics.evaluation.roads import (
     beyond_any_road,
     default_road,

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics.errors.statements import CONTACT_UNSEEN, WINDOW
+from cortex_dsl.semantics.errors.names import CONTACT_UNSEEN, WINDOW
 from cortex_dsl.semantics.errors.values import BARE_BESIDE_UNIT
 from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.semantics.quantities.units import UNITS, Unit, si_word

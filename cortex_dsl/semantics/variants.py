@@ -17,9 +17,9 @@ from cortex_dsl.semantics.composition.composing import Composer
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
 from cortex_dsl.semantics.composition.whole_run import run_by, set_up_run
 from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
-from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
+from cortex_dsl.semantics.errors.runs import WHICH_SCENARIO
+from cortex_dsl.semantics.errors.scene import NO_EGO
 from cortex_dsl.semantics.evaluation import (
     calls,
     distances,

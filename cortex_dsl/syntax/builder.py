@@ -113,7 +113,7 @@ class StatementBuilder:
                 errors.WRONG_IMPORT.at(
                     span_of(tree),
                     "a name is written without its extension",
-                    reason=errors.WRONG_IMPORT.why,
+                    reason=errors.WRONG_IMPORT.reason,
                     cure=f'write `{path.removesuffix(".scn")}` or `"{path}"`',
                 )
             )
@@ -162,7 +162,7 @@ class StatementBuilder:
                     errors.NOT_SUPPORTED.at(
                         value.function.span,
                         f"not supported yet: {words.LATER_STATEMENTS[word]}",
-                        reason=errors.NOT_SUPPORTED.why,
+                        reason=errors.NOT_SUPPORTED.reason,
                         cure=words.INSTEAD.get(word, ""),
                     )
                 )
@@ -245,7 +245,7 @@ class StatementBuilder:
                     Span(span.start, span.start + len("try")),
                     "this `try` has no `interrupt when`",
                     "nothing can interrupt it",
-                    reason=errors.INCOMPLETE.why,
+                    reason=errors.INCOMPLETE.reason,
                     cure="write `interrupt when CONDITION:` below it, or remove the `try`",
                 )
             )

@@ -115,7 +115,7 @@ def _no_property(span: Span) -> Diagnostic:
     return errors.CLASS_BODY.at(
         span,
         "a string is not a property",
-        reason=errors.CLASS_BODY.why,
+        reason=errors.CLASS_BODY.reason,
         cure="its docstring is the first line of a class",
     )
 
@@ -180,7 +180,7 @@ def _in_order(builder: Builder, body: _Body, section: Branch) -> bool:
             _head(section, name),
             f"a second `{name}:` in one scenario" if twice else "`setup:` goes before `compose:`",
             secondary=[Label(_head(first, first.data), "first here" if twice else "this comes second")],
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure="put both into one block" if twice else "move this block above it",
         )
     )
@@ -198,7 +198,7 @@ def _stray_statement(builder: Builder, statement: Branch, section: Branch) -> No
             Span(span.start, _line_end(builder, span)),
             f"this is beside `{section.data}:`",
             secondary=[Label(_head(section, section.data), "a block of the same scenario")],
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure="move it into `setup:`",
         )
     )
@@ -225,7 +225,7 @@ def stray_section(builder: Builder, parts: Parts, span: Span) -> nodes.Statement
         errors.MISPLACED_PART.at(
             Span(span.start, span.start + len(word)),
             f"`{word}:` outside a scenario",
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure=f"write `scenario Main():` above it and indent the `{word}:` block",
         )
     )
@@ -241,7 +241,7 @@ def stray_guard(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
             span_of(word),
             f"`{word}` belongs at the top of a behavior or scenario",
             "too late, or in another place",
-            reason=errors.MISPLACED_PART.why,
+            reason=errors.MISPLACED_PART.reason,
             cure="move it above the statements, below the docstring",
         )
     )

@@ -76,7 +76,7 @@ class ExpressionBuilder:
                 errors.TOO_DEEP.at(
                     span_of(tree),
                     f"this expression is nested more than {MAX_DEPTH} deep",
-                    reason=errors.TOO_DEEP.why,
+                    reason=errors.TOO_DEEP.reason,
                     cure="give inner parts a name of their own",
                 )
             )
@@ -107,7 +107,7 @@ class ExpressionBuilder:
                 span_of(tree),
                 f"`{word}` cannot be used here",
                 "speaks of a whole run",
-                reason=errors.MISPLACED_TEMPORAL.why,
+                reason=errors.MISPLACED_TEMPORAL.reason,
                 cure=f"write `require {'… ' if tree.data != 'temporal' else ''}{word} …` on a line of its own",
             )
         )
@@ -129,7 +129,7 @@ class ExpressionBuilder:
                     span_of(literal),
                     "this number is too large",
                     "more than 1.8e308",
-                    reason=errors.WRONG_LITERAL.why,
+                    reason=errors.WRONG_LITERAL.reason,
                     cure="write a smaller one",
                 )
             )

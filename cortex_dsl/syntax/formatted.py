@@ -173,7 +173,7 @@ def _value_end(literal: str, place: int, end: int) -> int:
 
 def _unreadable(start: int, end: int, message: str, cure: str) -> UnreadableError:
     code = errors.WRONG_FORMATTED
-    return UnreadableError(code.at(Span(start, end), message, reason=code.why, cure=cure))
+    return UnreadableError(code.at(Span(start, end), message, reason=code.reason, cure=cure))
 
 
 def _tree_of(source: Source, value: Span) -> Branch:

@@ -89,7 +89,7 @@ def _mixed(line: Line, usual: Line) -> Diagnostic:
         "tabs and spaces are mixed in the indentation",
         f"indented with {found}",
         secondary=[label] if usual is not line else [],
-        reason=errors.MIXED_INDENT.why,
+        reason=errors.MIXED_INDENT.reason,
         cure=f"indent every line with {kinds.get(usual.indent[0], 'spaces')}",
     )
 
@@ -220,7 +220,7 @@ class _Arrangement:
                 Span(line.end - 1, line.end),
                 f"`{line.word}` has no block" if line.word else "a block is missing",
                 "expected an indented line after this",
-                reason=errors.MISSING_BODY.why,
+                reason=errors.MISSING_BODY.reason,
                 cure="indent the lines that belong to it by four spaces (write `pass` if there are none)",
             )
         )
@@ -230,7 +230,7 @@ class _Arrangement:
             Span(line.start, line.end),
             f"blocks are nested more than {MAX_DEPTH} deep",
             "one too many",
-            reason=errors.TOO_DEEP.why,
+            reason=errors.TOO_DEEP.reason,
             cure="move inner blocks into a behavior of their own",
         )
 

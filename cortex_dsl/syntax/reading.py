@@ -39,7 +39,7 @@ def decode(name: str, content: bytes) -> Source:
             errors.EMPTY_FILE.at(
                 Span(0, 0),
                 "this file has no statements",
-                reason=errors.EMPTY_FILE.why,
+                reason=errors.EMPTY_FILE.reason,
                 cure="begin with `map intersection(ways=4)` and `ego = new Car at …`",
             ),
         )
@@ -80,7 +80,7 @@ def check_size(name: str, size: int) -> None:
             errors.LARGE_FILE.at(
                 Span(0, 0),
                 f"this file is larger than {MAX_BYTES >> 10} KiB",
-                reason=errors.LARGE_FILE.why,
+                reason=errors.LARGE_FILE.reason,
                 cure="check whether it is a scenario at all, or split it",
             ),
         )
@@ -94,7 +94,7 @@ def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple
         Span(start, start + 1),
         "this file is not UTF-8",
         f"byte 0x{content[bad.start]:02x}",
-        reason=errors.WRONG_ENCODING.why,
+        reason=errors.WRONG_ENCODING.reason,
         cure="save it as UTF-8",
     )
 

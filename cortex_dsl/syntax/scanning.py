@@ -125,7 +125,7 @@ class _Scanner:
                     Span(offset, offset + 1),
                     f"brackets are nested more than {MAX_DEPTH} deep",
                     "one too many",
-                    reason=errors.TOO_DEEP.why,
+                    reason=errors.TOO_DEEP.reason,
                     cure="give inner parts a name of their own",
                 )
             )

@@ -71,7 +71,9 @@ def in_one(diagnostics: Sequence[Diagnostic], source: Source) -> list[Diagnostic
 
     The merged diagnostic names their lines and the command.
     """
-    spelled = [each for each in diagnostics if each.code == errors.MISSING_NEW.id or each.cure == errors.WRITE_BRACKETS]
+    spelled = [
+        each for each in diagnostics if each.code == errors.MISSING_NEW.code or each.cure == errors.WRITE_BRACKETS
+    ]
     if len(spelled) <= MOST_FORGOTTEN:
         return list(diagnostics)
     first, *others = spelled

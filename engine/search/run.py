@@ -7,7 +7,7 @@ from streams keyed by birth and rollout, so a result does not depend on other in
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -40,27 +40,45 @@ from engine.streams import key_rows, method_number
 from engine.tables import Floats, Ints
 
 
+@dataclass(frozen=True)
+class Task:
+    """The space that a campaign searches, the evaluation of genomes, and the settings."""
+
+    space: ParamSpace
+    evaluate: Evaluate
+    config: SearchConfig
+    method: str
+    preset: str = ""
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES
+    blaming: Blaming | None = None
+    """Assessment of a collision; it is called once for every collision, at the end."""
+
+
+@dataclass(frozen=True)
+class Past:
+    """The first generations of a campaign, from its journal."""
+
+    generations: Sequence[Evaluations] = ()
+    spent: float = 0.0
+    """Duration [s]."""
+    number: int | None = None
+    """Number of the method in the stream keys; None: the number of its name."""
+
+
+NO_PAST = Past()
+
+
 def run_campaign(
-    space: ParamSpace,
+    task: Task,
     searcher: Searcher,
-    evaluate: Evaluate,
-    config: SearchConfig,
-    method: str,
-    preset: str = "",
     on_generation: OnGeneration | None = None,
     should_stop: Callable[[], bool] = lambda: False,
-    past: Sequence[Evaluations] = (),
-    spent: float = 0.0,
-    number: int | None = None,
-    objective: tuple[str, ...] = DEFAULT_OBJECTIVES,
-    blaming: Blaming | None = None,
+    past: Past = NO_PAST,
 ) -> Campaign:
     """Run all generations, or those until an interrupt.
 
-    `past` holds the first generations of the same campaign, from a journal: the searcher receives their stored results
-    and continues there. `on_generation` is called for new generations. `spent` is the duration of the past [s].
-    `number` is the method's number in the stream keys (None: the number of its name). `blaming` is called once for
-    every collision, at the end.
+    The searcher receives the stored results of `past` and continues there. `on_generation` is called for new
+    generations.
 
     Ctrl-C, or `should_stop` after a generation, ends the campaign with the finished generations. Ctrl-C before the end
     of the first generation is passed on, and so are exceptions of `on_generation`.
@@ -68,9 +86,10 @@ def run_campaign(
     Raises:
         ForeignPastError: the searcher's proposals differ from those of `past`.
     """
+    config = task.config
     quantile_level(config.aggregate)
-    number = method_number(method) if number is None else number
-    start = perf_counter() - spent
+    number = method_number(task.method) if past.number is None else past.number
+    start = perf_counter() - past.spent
     done: list[tuple[Evaluations, GenerationFigures]] = []
     best: Case | None = None
     least = (math.inf, math.inf)
@@ -78,10 +97,10 @@ def run_campaign(
     try:
         for generation in range(config.generations):
             proposals = searcher.ask()
-            if generation < len(past):
-                evaluations = checked(proposals, past[generation], generation)
+            if generation < len(past.generations):
+                evaluations = checked(proposals, past.generations[generation], generation)
             else:
-                evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
+                evaluations = _evaluate(proposals, [block for block, _ in done], task, number)
             searcher.tell(results(evaluations))
             done.append((evaluations, generation_figures(evaluations, generation)))
             for case in worst_cases(evaluations, 1):
@@ -89,9 +108,9 @@ def run_campaign(
                 if (first, then) < least:
                     best, least = replace(case, row=case.row + sum(len(block) for block, _ in done[:-1])), (first, then)
             simulations += done[-1][1].by_simulation.runs
-            if on_generation is not None and generation >= len(past):
+            if on_generation is not None and generation >= len(past.generations):
                 elapsed = perf_counter() - start
-                said = (*done[-1], best, simulations, elapsed, objective)
+                said = (*done[-1], best, simulations, elapsed, task.objective)
                 on_generation(Progress(generation, config.generations, *said))
             if should_stop():
                 break
@@ -100,17 +119,10 @@ def run_campaign(
         if not done:
             raise
         status = STOPPED
-    campaign = summarize(space, evaluate, config, method, preset, done, blaming, status)
-    return replace(campaign, objective=objective, elapsed=perf_counter() - start)
+    return replace(summarize(task, done, status), elapsed=perf_counter() - start)
 
 
-def _evaluate(
-    proposals: Sequence[Proposal],
-    blocks: Sequence[Evaluations],
-    evaluate: Evaluate,
-    config: SearchConfig,
-    number: int,
-) -> Evaluations:
+def _evaluate(proposals: Sequence[Proposal], blocks: Sequence[Evaluations], task: Task, number: int) -> Evaluations:
     """Return one generation: new individuals are simulated, reused ones are looked up at their birth."""
     generation, count = len(blocks), len(proposals)
     genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(count, -1)
@@ -122,10 +134,10 @@ def _evaluate(
         for born, index in births[reused].tolist()
     ]
     if len(fresh):
-        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, evaluate, config, number))
+        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, task, number))
     order = np.argsort(np.concatenate([fresh, np.flatnonzero(reused)]))
     rollouts = take(concatenate([runs for _, runs in tables]), order)
-    verdict, fitness = judge(rollouts, config.aggregate)
+    verdict, fitness = judge(rollouts, task.config.aggregate)
     return Evaluations(
         genomes=genomes,
         places=np.stack([np.full(count, generation), np.arange(count)], axis=1).astype(np.int32),
@@ -140,12 +152,11 @@ def _evaluate(
     )
 
 
-def _simulate(
-    genomes: Floats, births: Ints, generation: int, evaluate: Evaluate, config: SearchConfig, number: int
-) -> tuple[Ints, Assessment]:
+def _simulate(genomes: Floats, births: Ints, generation: int, task: Task, number: int) -> tuple[Ints, Assessment]:
     """Return keys (m, k, 6) and results (m, k, …) of m new genomes."""
     if (births[:, 0] != generation).any():
         raise ValueError(f"a proposal without a stored result must be born in generation {generation}")
+    config = task.config
     keys = np.stack(
         [
             key_rows(config.seed, number, config.run, generation, births[:, 1], rollout)
@@ -154,41 +165,32 @@ def _simulate(
         axis=1,
     )
     shape = keys.shape[:2]
-    rows = evaluate(np.repeat(genomes, config.rollouts, axis=0), keys.reshape(-1, keys.shape[2]))
+    rows = task.evaluate(np.repeat(genomes, config.rollouts, axis=0), keys.reshape(-1, keys.shape[2]))
     return keys, map_arrays(rows, lambda array: array.reshape(*shape, *array.shape[1:]))
 
 
-def summarize(
-    space: ParamSpace,
-    evaluate: Evaluate,
-    config: SearchConfig,
-    method: str,
-    preset: str,
-    done: Sequence[tuple[Evaluations, GenerationFigures]],
-    blaming: Blaming | None,
-    status: str,
-) -> Campaign:
+def summarize(task: Task, done: Sequence[tuple[Evaluations, GenerationFigures]], status: str) -> Campaign:
     """Return the campaign of a search that ended with this status.
 
     Genes are probed if it is finished, and collisions are assessed unless it was interrupted. Ctrl-C makes it
-    interrupted. The caller fills in objective and time.
+    interrupted. The caller fills in the time.
     """
     evaluations = concatenate([block for block, _ in done])
-    box = Box.of(space)
+    box = Box.of(task.space)
     blame = probes = None
     try:
         if status != INTERRUPTED:
-            blame = blamed(evaluations, blaming)
-        if status == FINISHED and config.probes > 0:
-            probes = probe_genes(box, evaluations, evaluate, config.probes)
+            blame = blamed(evaluations, task.blaming)
+        if status == FINISHED and task.config.probes > 0:
+            probes = probe_genes(box, evaluations, task.evaluate, task.config.probes)
     except KeyboardInterrupt:
         status, blame, probes = INTERRUPTED, None, None
     blame = blamed(evaluations, None) if blame is None else blame
     return Campaign(
-        method=method,
-        preset=preset,
-        space=space,
-        config=config,
+        method=task.method,
+        preset=task.preset,
+        space=task.space,
+        config=task.config,
         evaluations=evaluations,
         generations=tuple(figure for _, figure in done),
         by_individual=figures(evaluations, np.ones(len(evaluations), dtype=bool)),
@@ -198,6 +200,7 @@ def summarize(
         genes=gene_effects(box, evaluations, probes),
         elapsed=float("nan"),
         status=status,
+        objective=task.objective,
         blame=blame,
     )
 
@@ -214,10 +217,8 @@ def search(
     profile: str = "paper",
     on_generation: OnGeneration | None = None,
     should_stop: Callable[[], bool] = lambda: False,
-    past: Sequence[Evaluations] = (),
-    spent: float = 0.0,
+    past: Past = NO_PAST,
     workers: Workers | None = None,
-    number: int | None = None,
     objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
 ) -> Campaign:
     """Search a program's box by a method of `searchers.known_searchers`, under a risk profile; see `run_campaign`.
@@ -234,7 +235,7 @@ def search(
         WorkersLostError: no worker process is left to run simulations.
     """
     method = canonical(method)
-    searcher = build_searcher(method, Box.of(program.space), config, number)
+    searcher = build_searcher(method, Box.of(program.space), config, past.number)
     from engine.risk import PROFILES
     from engine.search.evaluator import make_blaming, make_evaluator
     from engine.search.objectives import names_of, objectives
@@ -255,18 +256,13 @@ def search(
         if config.driver is not None:
             config = replace(config, driver=config.driver.without_history())
         here = make_evaluator(program, config, PROFILES[profile], aims)
-        return run_campaign(
+        task = Task(
             program.space,
-            searcher,
             spread(executor, workers, program, config, profile, names_of(objective)) if executor else here,
             config.search,
             method,
-            preset=entry.preset(config),
-            on_generation=on_generation,
-            should_stop=should_stop,
-            past=past,
-            spent=spent,
-            number=number,
-            objective=names_of(objective),
-            blaming=make_blaming(program, config),
+            entry.preset(config),
+            names_of(objective),
+            make_blaming(program, config),
         )
+        return run_campaign(task, searcher, on_generation, should_stop, past)

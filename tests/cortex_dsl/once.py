@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from cortex_dsl.api import codes
+from cortex_dsl import codes
 from cortex_dsl.semantics.model import limits, state
 
 judged = cache(codes.judged)

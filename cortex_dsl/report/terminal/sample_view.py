@@ -15,7 +15,7 @@ from cortex_dsl.report.findings.tally import Tally, blame_note, most_to_blame
 from cortex_dsl.report.terminal.canvas import Canvas
 from cortex_dsl.report.terminal.requirements_view import blame_view, requirements_view
 from cortex_dsl.report.terminal.run_view import choices_view, params_view
-from cortex_dsl.report.terminal.scene_view import BESIDE, DRAWING_COLUMNS, draw_scene
+from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, MIN_WIDTH_SIDE_BY_SIDE, draw_scene
 from cortex_dsl.report.terminal.theme import actor_style, bar, columns, left, right, section, title_of
 from engine.program import Program
 from engine.road.outline import Outline
@@ -139,7 +139,7 @@ def _found(scenes: Scenes, note: str) -> str:
 
 
 def _beside(drawing: Text, legend: RenderableType, width: int) -> RenderableType:
-    if width < BESIDE:
+    if width < MIN_WIDTH_SIDE_BY_SIDE:
         return Group(drawing, legend)
     table = Table.grid(padding=(0, 3))
     table.add_row(drawing, Group(Text(), legend))

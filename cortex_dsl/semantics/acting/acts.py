@@ -13,10 +13,9 @@ from cortex_dsl.semantics.acting import bodies, loops, properties
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler
-from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER, NOT_AN_ACTION, SAME_ACTION
+from cortex_dsl.semantics.errors.names import BARE_EXPRESSION, NOT_ON_FOOT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
-from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION, NOT_ON_FOOT
+from cortex_dsl.semantics.errors.runs import NO_WEIGHT, NOT_A_DRIVER, NOT_AN_ACTION, ONE_OPTION, SAME_ACTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack

@@ -24,9 +24,15 @@ from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.acting.yielding import ever_acts, everything
-from cortex_dsl.semantics.errors.behaviours import IDLE_BEHAVIOUR, NOT_A_BEHAVIOUR, NOT_A_DRIVER, RECURSIVE
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import DO_SEVERAL, LOOKS_ONCE
+from cortex_dsl.semantics.errors.runs import (
+    DO_SEVERAL,
+    IDLE_BEHAVIOUR,
+    LOOKS_ONCE,
+    NOT_A_BEHAVIOUR,
+    NOT_A_DRIVER,
+    RECURSIVE,
+)
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (

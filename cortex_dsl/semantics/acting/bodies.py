@@ -17,9 +17,8 @@ from typing import Protocol
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.behaviours import DIMENSION_CHANGES, OBJECT_CHANGES
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import GUARD_NEVER
+from cortex_dsl.semantics.errors.runs import DIMENSION_CHANGES, GUARD_NEVER, OBJECT_CHANGES
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (

@@ -16,7 +16,7 @@ from itertools import accumulate
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import follow_lane
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.errors.behaviours import NO_INTERSECTION
+from cortex_dsl.semantics.errors.runs import NO_INTERSECTION
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES, actor_of
 from cortex_dsl.semantics.evaluation.geometry import (

@@ -8,7 +8,7 @@ the path.
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import path_to_follow
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.errors.behaviours import CONTROLLED_TWICE, NOT_A_DRIVER
+from cortex_dsl.semantics.errors.runs import CONTROLLED_TWICE, NOT_A_DRIVER
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
 from cortex_dsl.semantics.model.values import Quantity

@@ -21,7 +21,7 @@ curve's own curvature looked ahead to.
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
-from cortex_dsl.semantics.errors.behaviours import WALKS_IN_LANE
+from cortex_dsl.semantics.errors.runs import WALKS_IN_LANE
 from cortex_dsl.semantics.evaluation.geometry import current_pose, inside, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane
 from cortex_dsl.semantics.evaluation.roads import network_of, region_of_intersections

@@ -4,9 +4,8 @@ import math
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER
-from cortex_dsl.semantics.errors.quantities import TARGET_ABOVE_TOP
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.runs import NOT_A_DRIVER
+from cortex_dsl.semantics.errors.values import TARGET_ABOVE_TOP, WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.bodies import Body, Variable
 from cortex_dsl.semantics.acting.yielding import check_loop
-from cortex_dsl.semantics.errors.behaviours import LEAVES_WRITTEN_OUT
+from cortex_dsl.semantics.errors.runs import LEAVES_WRITTEN_OUT
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack
 from cortex_dsl.semantics.model.values import Quantity, Value

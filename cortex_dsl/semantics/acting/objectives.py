@@ -10,8 +10,9 @@ from dataclasses import replace
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting.rules import OPERATORS, Conditions, Folder, seen, waiting_part
-from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.objectives import (
+from cortex_dsl.semantics.errors.names import DUPLICATE, NO_END
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.runs import (
     ALWAYS_BROKEN,
     AT_THE_START,
     NEVER_BROKEN,
@@ -19,8 +20,6 @@ from cortex_dsl.semantics.errors.objectives import (
     NOT_ONE_NUMBER,
     TAKEN_NAME,
 )
-from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.statements import NO_END
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.over_run import judged
 from cortex_dsl.semantics.model.context import Evaluator

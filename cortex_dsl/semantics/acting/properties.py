@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.bodies import Body, of_same_dimension
-from cortex_dsl.semantics.errors.behaviours import CANNOT_SET, OBJECT_CHANGES
+from cortex_dsl.semantics.errors.runs import CANNOT_SET, OBJECT_CHANGES
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.operators import combine
 from cortex_dsl.semantics.model.values import Actor, Quantity, Truth

@@ -13,9 +13,9 @@ from functools import reduce
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting.at_start import require_start
-from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.statements import (
+from cortex_dsl.semantics.errors.names import (
     ALWAYS_FALSE,
+    DUPLICATE,
     NEVER_CHANGES,
     NO_END,
     RECORD_VARIES,

@@ -4,19 +4,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import CALLED_BEHAVIOUR
-from cortex_dsl.semantics.errors.names import SECOND_EGO, UNKNOWN_ARGUMENT
-from cortex_dsl.semantics.errors.objects import EGO_NOT_OBJECT
-from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import SCENIC_MAP, SCENIC_MODEL
-from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
-from cortex_dsl.semantics.errors.statements import (
+from cortex_dsl.semantics.errors.names import (
     BAD_SETTING,
     BARE_EXPRESSION,
     NEVER_RUNS,
     NO_EFFECT,
     PROBABILITY_RANGE,
+    SECOND_EGO,
+    UNKNOWN_ARGUMENT,
 )
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.runs import CALLED_BEHAVIOUR, MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
+from cortex_dsl.semantics.errors.scene import EGO_NOT_OBJECT, SCENIC_MAP, SCENIC_MODEL
 from cortex_dsl.semantics.evaluation import maps, numbers, signals, surroundings
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import MAY_NOT_ACT, NEVER_ACTS
+from cortex_dsl.semantics.errors.runs import MAY_NOT_ACT, NEVER_ACTS
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.quantities.bounds import leaves
 from cortex_dsl.source import Span

@@ -17,7 +17,7 @@ from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
 from cortex_dsl.semantics.acting.statements import known_number, required_monitor
 from cortex_dsl.semantics.composition.setting_up import place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import (
+from cortex_dsl.semantics.errors.runs import (
     LATER_TEMPORAL,
     MADE_AGAIN,
     NOT_A_SCENARIO,

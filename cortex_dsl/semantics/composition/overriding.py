@@ -1,10 +1,9 @@
 """`override x with property value`: in a scenario, for as long as it runs."""
 
 from cortex_dsl.semantics.acting.bodies import of_same_dimension
-from cortex_dsl.semantics.errors.compile_time import OVERRIDDEN_AND_SET
 from cortex_dsl.semantics.errors.names import UNKNOWN_PROPERTY
-from cortex_dsl.semantics.errors.scenarios import CANNOT_OVERRIDE
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.runs import CANNOT_OVERRIDE
+from cortex_dsl.semantics.errors.values import OVERRIDDEN_AND_SET, WRONG_KIND
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.property_values import checked
 from cortex_dsl.semantics.model.context import Evaluator

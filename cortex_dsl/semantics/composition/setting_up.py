@@ -16,7 +16,7 @@ from cortex_dsl.semantics.acting.statements import TOP_LEVEL, Run
 from cortex_dsl.semantics.composition.overriding import override
 from cortex_dsl.semantics.errors.names import NOT_IN_FILE, NOT_IN_IMPORT
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
-from cortex_dsl.semantics.errors.scenarios import NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
+from cortex_dsl.semantics.errors.runs import NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
 from cortex_dsl.semantics.evaluation import making, mutation
 from cortex_dsl.semantics.interpreter import control, functions
 from cortex_dsl.semantics.model.context import Evaluator, Moment

@@ -1,251 +1,120 @@
-"""SCN2xx: names."""
+"""Rows of SCN2xx and part of SCN4xx: names, imports, and where a statement may stand and what it needs."""
 
-from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, hint, note, warning
+
+# -- SCN2xx: names -----------------------------------------------------------------------------------------------------
 
 UNKNOWN_NAME = Problem(
     "SCN201",
     "nothing is called `{name}` here",
     "a name is built in or defined above; upper and lower case differ",
     "{suggestion}",
-    page=Page(
-        "unknown name",
-        "A name must be built in, or defined above this line. Upper and lower case differ.",
-        "ego = new Car on road\nrequire eog.speed < 3 m/s\n",
-        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
-    ),
 )
 USED_BEFORE = Problem(
     "SCN202",
     "`{name}` is used before it has a value",
     "it is assigned further down",
     "move the assignment up",
-    page=Page(
-        "name used before it has a value",
-        "A file is read from top to bottom. Only behaviors and `terminate when` see the names below them, because "
-        "they run later.",
-        "ego = new Car in lane.centerline\nlane = network.lanes[0]\n",
-        "lane = network.lanes[0]\nego = new Car in lane.centerline\n",
-    ),
 )
 UNKNOWN_ATTRIBUTE = Problem(
     "SCN203",
     "{kind} has no `{name}`",
     cure="{suggestion}",
-    page=Page(
-        "unknown attribute",
-        "Lanes, maneuvers, objects and the road each have a fixed set of attributes.",
-        "ego = new Car on road\nrequire ego.sped < 3 m/s\n",
-        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
-    ),
 )
 UNKNOWN_PROPERTY = Problem(
     "SCN204",
     "{kind} has no property `{name}`",
     "`with` sets a property of the class; another name would have no effect",
     "{suggestion}",
-    page=Page(
-        "unknown property",
-        "`with` sets one of the properties that the class has. A misspelt one would otherwise change nothing.",
-        "ego = new Car on road, with sped 5 m/s\n",
-        "ego = new Car on road, with speed 5 m/s\n",
-    ),
 )
 UNKNOWN_ARGUMENT = Problem(
     "SCN205",
     "`{function}` takes no argument `{name}`",
     cure="{suggestion}",
-    page=Page(
-        "unknown argument",
-        "An argument given by name must have the name of a parameter of the function.",
-        "ego = new Car on road, with behavior FollowLaneBehavior(target_sped=5 m/s)\n",
-        "ego = new Car on road, with behavior FollowLaneBehavior(target_speed=5 m/s)\n",
-    ),
 )
 UNKNOWN_PARAM = Problem(
     "SCN206",
     "no param is called `{name}`",
     cure="{suggestion}",
-    page=Page(
-        "unknown param",
-        "`globalParameters` contains the params of this file and nothing else.",
-        "param V = Range(1, 9) m/s\nego = new Car on road, with speed globalParameters.W\n",
-        "param V = Range(1, 9) m/s\nego = new Car on road, with speed globalParameters.V\n",
-    ),
 )
 UNKNOWN_CLASS = Problem(
     "SCN207",
     "there is no class `{name}`",
     cure="{suggestion}",
-    page=Page(
-        "unknown class",
-        "`new` takes a class: a built-in one, or one that the file defines.",
-        "ego = new Cra on road\n",
-        "ego = new Car on road\n",
-    ),
 )
 CLASS_ABOVE = "define it above this class, with `class NAME:`"
 UNKNOWN_OVERRIDE = Problem(
     "SCN208",
     "`-p` names a param that this file does not have: `{name}`",
     cure="{suggestion}",
-    page=Page(
-        "`-p` names no param",
-        "`-p NAME=VALUE` fixes the value of a param of the file. A misspelt name would otherwise change nothing.",
-        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
-        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
-        options=("SPEED=5", "V=5"),
-    ),
 )
 BAD_OVERRIDE = Problem(
     "SCN209",
     "`-p {name}=...` needs one value",
     cure='as in `-p {name}=50`, `-p "{name}=50 km/h"`',
-    page=Page(
-        "more or less than one value after `-p`",
-        "The value of `-p NAME=VALUE` is one expression of the language.",
-        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
-        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
-        options=("V=5 m/s; W=3", "V=5 m/s"),
-    ),
 )
 DUPLICATE = Problem(
     "SCN210",
     "{what} `{name}` is defined twice",
     "the name would be ambiguous",
     "rename one",
-    page=Page(
-        "defined twice",
-        "If two params, behaviors or arguments share a name, a use of the name is ambiguous.",
-        "param V = Range(1, 9) m/s\nparam V = 5 m/s\nego = new Car on road, with speed V\n",
-        "param V = Range(1, 9) m/s\nparam W = 5 m/s\nego = new Car on road, with speed max(V, W)\n",
-    ),
 )
 UNUSED_BEHAVIOUR = warning(
     "SCN220",
     "the behavior `{name}` is never used",
     cure="remove it, or give it to an object",
-    page=Page(
-        "behavior never used",
-        "A behavior runs only when an object has it, or when another behavior runs it with `do`.",
-        "behavior Rest():\n    wait\n\nego = new Car on road\n",
-        "behavior Rest():\n    wait\n\nego = new Car on road, with behavior Rest()\n",
-    ),
 )
 UNUSED_GENE = warning(
     "SCN221",
     "the param `{name}` is never used",
     "a search would vary it without any effect",
     "use it, or remove it",
-    page=Page(
-        "param never used",
-        "A search chooses a value for every param with a range. One that nothing reads adds a dimension without any "
-        "effect.",
-        "param V = Range(1, 9) m/s\nego = new Car on road\n",
-        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
-    ),
 )
 SECOND_EGO = warning(
     "SCN212",
     "this is a second ego",
     "the vehicle under test is this one from here on; the first becomes one of the others",
     "give one of them another name, or `new` without a name",
-    page=Page(
-        "second ego",
-        "A scenario has one vehicle under test. `ego` may be assigned to another object further down, as in Scenic, "
-        "but usually a second car is meant.",
-        "lane = network.lanes[0]\nego = new Car in lane.centerline\nego = new Car ahead of ego by 9 m\n",
-        "lane = network.lanes[0]\nego = new Car in lane.centerline\nlead = new Car ahead of ego by 9 m\n",
-    ),
 )
 SELF_AS_PARAMETER = Problem(
     "SCN213",
     "`self` is not a parameter of a {kind}",
     "{reason}",
     "leave it out of the brackets",
-    page=Page(
-        "`self` among the parameters",
-        "In a behavior, `self` is the object that it drives; unlike in Python, it is not listed in the brackets, and a "
-        "call gives only the other arguments. Monitors and scenarios drive no object.",
-        "behavior Go(self, v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
-        "behavior Go(v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
-    ),
 )
 SHADOWS = hint(
     "SCN211",
     "`{name}` hides the built-in {kind} of that name",
     "the name has another meaning in this file than in all others",
     "choose another name",
-    page=Page(
-        "name of something built in",
-        "A file may redefine the name, but a reader will take it for the built-in one.",
-        "max = 9 m/s\nego = new Car on road, with speed max\n",
-        "fastest = 9 m/s\nego = new Car on road, with speed fastest\n",
-    ),
 )
 DEAD_GENE = warning(
     "SCN222",
     "the param `{name}` changes nothing",
     "it is used, but no object, requirement or behavior that runs depends on it, so a search would vary it in vain",
     "use it where it matters, or give it a constant value",
-    page=Page(
-        "dead param",
-        "All uses of the param are in places that are never reached or that make no difference: a behavior "
-        "that no object has, a product with 0, a branch that is already decided.",
-        "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
-        "ego = new Car on road\n",
-        "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
-        "ego = new Car on road, with behavior Drive()\n",
-    ),
 )
 UNREAD_PROPERTY = note(
     "SCN226",
     "not read: {names}",
     "{reason}",
     "remove them, or keep them for Scenic: `# allow SCN226` ends this note",
-    page=Page(
-        "property that is not read",
-        "Some properties of Scenic's objects have no effect on a run. They are accepted, so that scripts need no "
-        "change, and are named here with the number of places.",
-        "ego = new Car on road, with render False\n",
-        "ego = new Car on road\n",
-    ),
 )
 UNUSED_NAME = hint(
     "SCN223",
     "the {what} `{name}` is never read",
     cure="remove it, or start its name with `_` if this is intended",
-    page=Page(
-        "name that is never read",
-        "A value that is computed and never used is often a mistake: another name was meant further down.",
-        "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by 5 m\n",
-        "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by gap\n",
-    ),
 )
 UNUSED_CLASS = warning(
     "SCN224",
     "the class `{name}` has no objects",
     cure="write `new {name} ...`, or remove it",
-    page=Page(
-        "class never used",
-        "A class describes its objects; without any it has no effect.",
-        "class Taxi(Car):\n    width: 2 m\n\nego = new Car on road\n",
-        "class Taxi(Car):\n    width: 2 m\n\nego = new Taxi on road\n",
-    ),
 )
 UNUSED_SCENARIO = hint(
     "SCN225",
     "the scenario `{name}` is not part of this run",
     "`{entry}` runs and does not start it",
     "start it in a `compose:` with `do {name}()`, or run it alone with `--scenario {name}`",
-    page=Page(
-        "scenario that is not started",
-        "When a file has several scenarios, one of them runs, with those that it starts.",
-        "scenario Main():\n    setup:\n        ego = new Car on road\n\nscenario Traffic():\n    setup:\n"
-        "        new Car on road\n",
-        "scenario Main():\n    setup:\n        ego = new Car on road\n    compose:\n        do Traffic()\n\n"
-        "scenario Traffic():\n    setup:\n        new Car on road\n",
-    ),
 )
 
 
@@ -256,11 +125,6 @@ MISSING_IMPORT = Problem(
     "there is no file {path}",
     "imports are searched for beside the file that imports them",
     "{suggestion}",
-    page=Page(
-        "import of a missing file",
-        "`import cars` reads `cars.scn` in the folder of the importing file, `import lib.cars` reads `lib/cars.scn`.",
-        shown="while the imports of a file are read",
-    ),
 )
 
 
@@ -268,12 +132,6 @@ IMPORT_CYCLE = Problem(
     "SCN231",
     "this file imports itself: {cycle}",
     cure="move what both need into a file of its own",
-    page=Page(
-        "files that import each other",
-        "An imported file is read to its end before the importing one continues, so two files cannot import each "
-        "other.",
-        shown="while the imports of a file are read",
-    ),
 )
 
 
@@ -281,11 +139,6 @@ TOO_MANY_IMPORTS = Problem(
     "SCN232",
     "more than {limit} files are imported",
     cure="join small files",
-    page=Page(
-        "too many imports",
-        "There is a limit on the number of imported files, so that a mistake cannot keep the compiler reading.",
-        shown="while the imports of a file are read",
-    ),
 )
 
 
@@ -293,11 +146,6 @@ UNREADABLE_IMPORT = Problem(
     "SCN233",
     "cannot read `{name}`: {reason}",
     cure="check the file and its permissions",
-    page=Page(
-        "import that cannot be read",
-        "The file exists, but the system does not allow it to be read.",
-        shown="while the imports of a file are read",
-    ),
 )
 
 
@@ -306,11 +154,6 @@ NAMELESS_IMPORT = Problem(
     "`{path}` is not a single name",
     "an import gives its file a single name",
     "write `{statement} as {name}`",
-    page=Page(
-        "import without a name",
-        "The definitions of a file are reached through a single name. A path with dots or slashes needs `as`.",
-        shown="when a path with dots is imported without `as`",
-    ),
 )
 
 
@@ -318,11 +161,6 @@ NOT_IN_FILE = Problem(
     "SCN235",
     "`{file}` defines no `{name}`",
     cure="{suggestion}",
-    page=Page(
-        "import of a missing name",
-        "`from FILE import NAME` imports a name that the file defines at its top level.",
-        shown="when an imported file does not define the name",
-    ),
 )
 
 
@@ -331,10 +169,156 @@ NOT_IN_IMPORT = Problem(
     "an imported file cannot have `{statement}`",
     "{reason}",
     "move it into the file that is run",
-    page=Page(
-        "statement in an imported file",
-        "An imported file provides definitions, params, objects and requirements. The road, the ego and the end of "
-        "the run are decided by the file that is run.",
-        shown="when an imported file has such a statement",
-    ),
+)
+
+# -- SCN4xx: requirements and other statements -------------------------------------------------------------------------
+
+PROBABILITY_RANGE = Problem(
+    "SCN422",
+    "the probability of a `require` is {actual}",
+    "it must be above 0 and at most 1",
+    "as in `require[0.8] x > 3 m`",
+)
+ASSERTION = Problem(
+    "SCN476",
+    "this assertion is false",
+    "{reason}",
+    "correct the values in it; write `require` for what random values must satisfy",
+)
+ALWAYS_FALSE = Problem(
+    "SCN423",
+    "this `require` can never hold",
+    "it is false whatever is drawn",
+    "change or remove it",
+)
+DIFFERENT_OBJECTS = Problem(
+    "SCN426",
+    "the objects of the scene depend on a random choice",
+    "here they are {here}; with other choices {there}",
+    "make the same objects whatever is chosen",
+)
+NOT_SUPPORTED = Problem(
+    "SCN427",
+    "{what}",
+    "{reason}",
+    "{cure}",
+)
+EMPTY_FILE = Problem(
+    "SCN429",
+    "this file is empty",
+    cure="start with `map intersection()` and `ego = new Car ...`",
+)
+STATEMENT_PLACE = Problem(
+    "SCN431",
+    "`{statement}` is {here}, but belongs {there}",
+    cure="{cure}",
+)
+NO_EFFECT = note(
+    "SCN444",
+    "`{name}` has no effect here",
+    "{reason}",
+)
+NEVER_RUNS = warning(
+    "SCN446",
+    "this `terminate when` always holds",
+    "the run ends at its first sample",
+    "change or remove it",
+)
+ALWAYS_TRUE = warning(
+    "SCN480",
+    "this `require` always holds",
+    "it rejects nothing, whatever is drawn or searched",
+    "change or remove it",
+)
+WINDOW = hint(
+    "SCN481",
+    "`{name}` is drawn anywhere on its lane, and this keeps only a window of it",
+    "all other scenes are drawn in vain, and count as invalid in a search",
+    "write `{name} = new {kind} {place}` and remove this `require`; or `# allow SCN481` if the window is intended",
+)
+OVERRIDE_OUTSIDE = warning(
+    "SCN482",
+    "`-p {name}={value}` is outside the range of the param",
+    "the file draws it between {low} and {high}",
+    "choose a value in the range, or widen the range in the file",
+)
+
+
+BAD_SETTING = Problem(
+    "SCN428",
+    "`{name}` must be {expected}, but this is {actual}",
+    "{reason}",
+    'a search writes it, as in `stream="7.ga.0.3.12.0"`; leave it out to draw again',
+)
+
+
+NO_SYSTEM_PARAM = Problem(
+    "SCN483",
+    "`system` lists params of this file, but `{actual}` is not one",
+    "they are the params of the system under test, which `--freeze` holds fixed",
+    "{suggestion}",
+)
+
+
+BARE_EXPRESSION = warning(
+    "SCN440",
+    "this value is not used",
+    cure="{cure}",
+)
+
+# -- SCN46x, SCN47x: requirements on the whole run, and what is recorded of it -----------------------------------------
+
+TEMPORAL_PLACE = Problem(
+    "SCN460",
+    "`{operator}` cannot be used here",
+    "it applies to a whole run, so only the condition of a `require` at the top level may contain it",
+    "{cure}",
+)
+SOFT_TEMPORAL = Problem(
+    "SCN461",
+    "a temporal requirement cannot be soft",
+    "`require[p]` is decided by chance for each scene, but this is about the run",
+    "remove `[...]`",
+)
+TEMPORAL_HOLDS = warning(
+    "SCN462",
+    "this `require` holds in every run",
+    "its condition is known to be true",
+    "remove it, or change its condition",
+)
+NEVER_CHANGES = warning(
+    "SCN463",
+    "nothing in this condition changes during the run",
+    "it is the same in all samples, so it is a condition on the scene alone",
+    "write `require` without temporal operators: scenes in which it fails are then drawn again",
+)
+NO_END = hint(
+    "SCN464",
+    "this must come true within {limit:g} s",
+    "a run of a file without `terminate after` lasts that long at most",
+    "write `terminate after {limit:g} s`, or another time, to make the limit explicit",
+)
+CONTACT_UNSEEN = warning(
+    "SCN465",
+    "`{one}` and `{other}` can touch without breaking this",
+    "{reason}",
+    "to reject such runs write `({cure})`, which is as far as both move in two steps",
+)
+UNRECORDABLE = Problem(
+    "SCN470",
+    "{actual} cannot be recorded",
+    "a record is a number, a truth value or a place",
+    "{cure}",
+)
+RECORD_VARIES = Problem(
+    "SCN471",
+    "this record is {here} with some choices and {there} with others",
+    "one column cannot hold both",
+    "record them under two names",
+)
+NOT_ON_FOOT = Problem(
+    "SCN680",
+    "`{behaviour}` is for people on foot, but this is {actual}",
+    "a vehicle moves where its wheels point",
+    "write `SetSpeedAction` and `SetSteerAction`, or give it to a Pedestrian",
 )

@@ -4,8 +4,9 @@ findings that it collects over all variants.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
-from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
+from cortex_dsl.diagnostics import Diagnostic, Label, Severity
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.frozen import frozen
@@ -20,7 +21,6 @@ class Problem:
     reason: str = ""
     cure: str = ""
     severity: Severity = Severity.ERROR
-    page: Page | None = None
 
     def at(self, span: Span, *, secondary: tuple[Label, ...] = (), label: str = "", **fields: object) -> Diagnostic:
         """The problem at a place, its texts filled in."""
@@ -64,16 +64,9 @@ class NeedsExpansion(Signal):
         self.sites = sites
 
 
-def warning(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
-    return Problem(code, message, reason, cure, Severity.WARNING, page)
-
-
-def note(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
-    return Problem(code, message, reason, cure, Severity.NOTE, page)
-
-
-def hint(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
-    return Problem(code, message, reason, cure, Severity.HINT, page)
+warning = partial(Problem, severity=Severity.WARNING)
+note = partial(Problem, severity=Severity.NOTE)
+hint = partial(Problem, severity=Severity.HINT)
 
 
 # -- findings ----------------------------------------------------------------------------------------------------------

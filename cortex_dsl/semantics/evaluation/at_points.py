@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
+from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN
 from cortex_dsl.semantics.evaluation.geometry import current_pose, position
 from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
 from cortex_dsl.semantics.evaluation.roads import network_of

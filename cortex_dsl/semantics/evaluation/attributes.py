@@ -5,11 +5,10 @@ from dataclasses import replace
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.compile_time import LAST_ACTIONS
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
-from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
-from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
+from cortex_dsl.semantics.errors.runs import NOT_STARTED, ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.scene import NOT_ON_GRID
+from cortex_dsl.semantics.errors.values import LAST_ACTIONS
 from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals
 from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state

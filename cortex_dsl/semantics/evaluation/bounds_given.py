@@ -4,8 +4,14 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.chance import BAD_DEVIATION, EMPTY_RANGE, REVERSED_RANGE, TURNED_RANGE
-from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
+from cortex_dsl.semantics.errors.values import (
+    BAD_DEVIATION,
+    EMPTY_RANGE,
+    NOT_FINITE,
+    REVERSED_RANGE,
+    TURNED_RANGE,
+    TWO_UNITS,
+)
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin
 from cortex_dsl.semantics.model.context import Evaluator

@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.runs import MONITOR_USED, ONLY_WHILE_RUNNING, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
 from cortex_dsl.semantics.evaluation import (
     driving,

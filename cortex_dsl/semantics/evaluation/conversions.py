@@ -6,7 +6,7 @@ from itertools import permutations
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.ir import Dimension
-from cortex_dsl.semantics.errors.quantities import CONVERTED_TWICE
+from cortex_dsl.semantics.errors.values import CONVERTED_TWICE
 from cortex_dsl.semantics.model.values import Quantity
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import PURE, UNITS, Unit, dimension_name

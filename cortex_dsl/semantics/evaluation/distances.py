@@ -1,6 +1,6 @@
 """`distance from … to …` and `intersects`: between places, outlines, lines and regions."""
 
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation.geometry import between, ego_of, outline, position, region_of
 from cortex_dsl.semantics.evaluation.lanes import of_each
 from cortex_dsl.semantics.model.areas import Area

@@ -8,8 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.objectives import NOT_JUDGED
+from cortex_dsl.semantics.errors.runs import NOT_JUDGED, ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for

@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from operator import and_, or_
 
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.chance import NOT_WHOLE
+from cortex_dsl.semantics.errors.runs import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import (
     DIMENSION_MISMATCH,
+    NOT_WHOLE,
     OUT_OF_RANGE,
     TOO_FEW_ARGUMENTS,
     WRONG_KIND,

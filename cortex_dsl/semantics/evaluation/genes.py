@@ -5,10 +5,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.chance import GENE_BOUNDS, GENE_VARIES, NOT_CONSTANT, NUISANCE_PARAM
+from cortex_dsl.semantics.errors.names import OVERRIDE_OUTSIDE
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.statements import OVERRIDE_OUTSIDE
-from cortex_dsl.semantics.errors.values import UNKNOWN_UNIT, WRONG_KIND
+from cortex_dsl.semantics.errors.values import (
+    GENE_BOUNDS,
+    GENE_VARIES,
+    NOT_CONSTANT,
+    NUISANCE_PARAM,
+    UNKNOWN_UNIT,
+    WRONG_KIND,
+)
 from cortex_dsl.semantics.evaluation import bounds_given, numbers, random_values
 from cortex_dsl.semantics.evaluation import random_values as finite
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments

@@ -7,10 +7,10 @@ Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as 
 import math
 
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.objects import EGO_NEEDED
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scenarios import LATER_PLACE
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.runs import LATER_PLACE
+from cortex_dsl.semantics.errors.scene import EGO_NEEDED
 from cortex_dsl.semantics.errors.values import OUT_OF_RANGE, WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt

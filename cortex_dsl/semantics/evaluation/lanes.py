@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
 from cortex_dsl.semantics.errors.problems import NeedsExpansion, Rejection
+from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
 from cortex_dsl.semantics.model.context import Evaluator

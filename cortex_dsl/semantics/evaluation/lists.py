@@ -3,10 +3,16 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from cortex_dsl.semantics.errors.compile_time import DEEP_LIST
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG, OUT_OF_RANGE, WRONG_KIND
+from cortex_dsl.semantics.errors.values import (
+    BAD_INDEX,
+    BAD_UNPACKING,
+    DEEP_LIST,
+    LIST_TOO_LONG,
+    OUT_OF_RANGE,
+    WRONG_KIND,
+)
 from cortex_dsl.semantics.evaluation import geometry, lanes
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number

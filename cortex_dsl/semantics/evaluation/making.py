@@ -6,10 +6,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.names import CLASS_ABOVE, UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
-from cortex_dsl.semantics.errors.objects import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
+from cortex_dsl.semantics.errors.names import (
+    CLASS_ABOVE,
+    NOT_SUPPORTED,
+    UNKNOWN_ATTRIBUTE,
+    UNKNOWN_CLASS,
+    UNKNOWN_PROPERTY,
+)
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
 from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
 from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
 from cortex_dsl.semantics.evaluation.attributes import property_value

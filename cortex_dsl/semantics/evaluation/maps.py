@@ -6,10 +6,9 @@ from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
 
-from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
 from cortex_dsl.semantics.errors.values import NOT_FINITE
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number

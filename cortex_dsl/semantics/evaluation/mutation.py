@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.objects import CANNOT_MUTATE, MUTATED_ALIAS
+from cortex_dsl.semantics.errors.scene import CANNOT_MUTATE, MUTATED_ALIAS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.random_values import SMALLEST_UNIFORM
 from cortex_dsl.semantics.evaluation.ranges import in_range

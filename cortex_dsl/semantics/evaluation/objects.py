@@ -5,15 +5,14 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.names import UNKNOWN_CLASS, UNKNOWN_PROPERTY
-from cortex_dsl.semantics.errors.objects import (
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED, UNKNOWN_CLASS, UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.problems import Mistake, Problem
+from cortex_dsl.semantics.errors.scene import (
     NO_HEADING_YET,
     NO_PLACE,
     TWO_HEADINGS,
     TWO_PLACES,
 )
-from cortex_dsl.semantics.errors.problems import Mistake, Problem
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class

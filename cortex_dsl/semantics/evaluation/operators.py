@@ -4,7 +4,7 @@ import math
 from operator import add, and_, or_, sub
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED, TEMPORAL_PLACE
+from cortex_dsl.semantics.errors.names import NOT_SUPPORTED, TEMPORAL_PLACE
 from cortex_dsl.semantics.errors.values import (
     LIST_TOO_LONG,
     NEVER_EQUAL,

@@ -7,8 +7,7 @@ the reading is the number of its local.
 from collections.abc import Callable, Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.objectives import NOBODY_ELSE
+from cortex_dsl.semantics.errors.runs import NOBODY_ELSE, ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Slot, bind, evaluate_arguments
 from cortex_dsl.semantics.model.context import Evaluator, Moment

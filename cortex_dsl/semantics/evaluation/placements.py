@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.objects import BAD_REGION
+from cortex_dsl.semantics.errors.scene import BAD_REGION
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, lanes
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of

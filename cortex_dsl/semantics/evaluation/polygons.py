@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
 
-from cortex_dsl.semantics.errors.objects import BAD_REGION
+from cortex_dsl.semantics.errors.scene import BAD_REGION
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
 from cortex_dsl.semantics.model.areas import Area, Draw, DrawnPlace, convex

@@ -1,7 +1,7 @@
 """Values of properties as objects store them: of the right kind, and inside their legal range."""
 
-from cortex_dsl.semantics.errors.behaviours import OBSTACLE_BEHAVIOUR
 from cortex_dsl.semantics.errors.names import UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.runs import OBSTACLE_BEHAVIOUR
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.calls import as_behaviour

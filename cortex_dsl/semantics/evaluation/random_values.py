@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.chance import (
+from cortex_dsl.semantics.errors.problems import Rejection
+from cortex_dsl.semantics.errors.values import (
     BAD_WEIGHTS,
     FIXED_EXHAUSTED,
     LIST_AS_OPTION,
@@ -17,7 +18,6 @@ from cortex_dsl.semantics.errors.chance import (
     NOTHING_TO_RESAMPLE,
     RANDOM_WHILE_RUNNING,
 )
-from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.evaluation import bounds_given, numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.bounds_given import Site, alike, bound_arguments, scaled

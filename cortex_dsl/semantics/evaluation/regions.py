@@ -9,8 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from cortex_dsl.semantics.errors.compile_time import MANY_REGIONS
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.values import MANY_REGIONS, WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, polygons
 from cortex_dsl.semantics.evaluation.arguments import Given, no_names
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number

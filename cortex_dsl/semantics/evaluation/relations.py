@@ -7,8 +7,8 @@ Source: Scenic 3 reference, "Operators", and their definitions in its `scenic.sy
 import math
 from collections.abc import Callable, Mapping
 
-from cortex_dsl.semantics.errors.compile_time import NO_FIELD_AT
-from cortex_dsl.semantics.errors.objects import NO_RELATION, NOT_A_FIELD
+from cortex_dsl.semantics.errors.scene import NO_RELATION, NOT_A_FIELD
+from cortex_dsl.semantics.errors.values import NO_FIELD_AT
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.numbers import adopt

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics.errors.roads import (
+from cortex_dsl.semantics.errors.scene import (
     BAD_MAP,
     MAP_LEVELS,
     MAP_REMARK,

@@ -9,10 +9,9 @@ import re
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import NO_SIGNALS, SCENIC_SIGNALS, SIGNALS_TWICE, SIGNALS_UNUSED, UNKNOWN_COLOUR
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import NO_SIGNALS, SCENIC_SIGNALS, SIGNALS_TWICE, SIGNALS_UNUSED, UNKNOWN_COLOUR
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.objects import (
+from cortex_dsl.semantics.errors.scene import (
     EVERYTHING_TOO_FAR,
     NEVER_LEAVES,
     NO_TRAJECTORY,

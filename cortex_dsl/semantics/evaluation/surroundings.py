@@ -4,10 +4,9 @@ Friction multiplies that of every object. The view of an object reaches to `visi
 further than the sight. The properties themselves stay as in the file.
 """
 
-from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import ENVIRONMENT_LATE, ENVIRONMENT_TWICE
-from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.scene import ENVIRONMENT_LATE, ENVIRONMENT_TWICE
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.ranges import within

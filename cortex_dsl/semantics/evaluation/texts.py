@@ -3,8 +3,7 @@
 import re
 from collections.abc import Mapping
 
-from cortex_dsl.semantics.errors.compile_time import LAYOUT, LONG_TEXT, NO_CLASS, NO_NUMBER_IN_TEXT
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.values import LAYOUT, LONG_TEXT, NO_CLASS, NO_NUMBER_IN_TEXT, WRONG_KIND
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import Meaning, known_truth

@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 
-from cortex_dsl.semantics.errors.objects import EMPTY_TRAJECTORY, NOT_CONNECTED
+from cortex_dsl.semantics.errors.scene import EMPTY_TRAJECTORY, NOT_CONNECTED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import chosen
 from cortex_dsl.semantics.model.values import Centerline, Quantity, Value

@@ -6,8 +6,8 @@ Their conditions must be known at compile time; each round uses steps of the fil
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.errors.names import ASSERTION
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.statements import ASSERTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import known_truth

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.chance import TOO_MANY_VARIANTS
+from cortex_dsl.semantics.errors.values import TOO_MANY_VARIANTS
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.frozen import frozen

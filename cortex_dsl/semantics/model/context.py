@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics.errors.chance import NOT_CONSTANT
 from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.errors.values import NOT_CONSTANT
 from cortex_dsl.semantics.model.state import FileContext, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS

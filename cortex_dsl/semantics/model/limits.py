@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.runs import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES
 from cortex_dsl.semantics.errors.values import ENDLESS_LAMBDA, TOO_MUCH_WORK
 from cortex_dsl.source import Span
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from itertools import islice
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import TOO_MANY_BODIES
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
+from cortex_dsl.semantics.errors.runs import TOO_MANY_BODIES
 from cortex_dsl.semantics.model.choices import Decisions, Pool
 from cortex_dsl.semantics.model.limits import Budget, Depth
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value

@@ -4,10 +4,9 @@ from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import field, replace
 
-from cortex_dsl.semantics.errors.names import UNKNOWN_NAME, UNKNOWN_PARAM, USED_BEFORE
-from cortex_dsl.semantics.errors.objects import SELF_OUTSIDE
+from cortex_dsl.semantics.errors.names import TEMPORAL_PLACE, UNKNOWN_NAME, UNKNOWN_PARAM, USED_BEFORE
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.statements import TEMPORAL_PLACE
+from cortex_dsl.semantics.errors.scene import SELF_OUTSIDE
 from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
 from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, UNASSIGNABLE, Kind, names_of
 from cortex_dsl.semantics.names.tree import TIMED, parts

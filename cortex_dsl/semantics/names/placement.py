@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
+from cortex_dsl.semantics.errors.names import STATEMENT_PLACE
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.scenarios import MONITOR_ACTS, SETTING_IN_SCENARIO
-from cortex_dsl.semantics.errors.statements import STATEMENT_PLACE
+from cortex_dsl.semantics.errors.runs import MONITOR_ACTS, SETTING_IN_SCENARIO
 from cortex_dsl.semantics.names.tree import is_timed
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes

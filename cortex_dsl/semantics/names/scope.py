@@ -14,8 +14,8 @@ from cortex_dsl.semantics.errors.names import (
     UNUSED_GENE,
 )
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.roads import MAP_TWICE
-from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.runs import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.scene import MAP_TWICE
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, nameless
 from cortex_dsl.semantics.names.lookup import Names, NameTable
 from cortex_dsl.semantics.names.placement import check_placement

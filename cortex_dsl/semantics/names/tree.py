@@ -6,9 +6,8 @@ from typing import TypeGuard
 from weakref import finalize
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics.errors.names import DUPLICATE
+from cortex_dsl.semantics.errors.names import DUPLICATE, NO_SYSTEM_PARAM
 from cortex_dsl.semantics.errors.problems import Findings
-from cortex_dsl.semantics.errors.statements import NO_SYSTEM_PARAM
 from cortex_dsl.semantics.names.builtins import OVER_RUN
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean

@@ -70,7 +70,7 @@ def beyond_along(context: ErrorContext) -> Diagnostic | None:
 
 def _later(word: Word, what: str, cure: str = "") -> Diagnostic:
     message = f"not supported yet: {what}"
-    return errors.NOT_SUPPORTED.at(word.span, message, reason=errors.NOT_SUPPORTED.why, cure=cure)
+    return errors.NOT_SUPPORTED.at(word.span, message, reason=errors.NOT_SUPPORTED.reason, cure=cure)
 
 
 def foreign_spelling(context: ErrorContext) -> Diagnostic | None:
@@ -145,7 +145,7 @@ def missing_new(context: ErrorContext) -> Diagnostic | None:
             return errors.MISSING_NEW.at(
                 name.span,
                 f"missing `new` before `{name.text}`",
-                reason=errors.MISSING_NEW.why,
+                reason=errors.MISSING_NEW.reason,
                 cure=f"write `new {name.text} {specifier.text} …`",
             )
     return None

@@ -76,7 +76,7 @@ def temporal_elsewhere(context: ErrorContext) -> Diagnostic | None:
 
 def _misplaced(word: Word, cure: str) -> Diagnostic:
     return errors.MISPLACED_TEMPORAL.at(
-        word.span, f"`{word.text}` cannot be used here", reason=errors.MISPLACED_TEMPORAL.why, cure=cure
+        word.span, f"`{word.text}` cannot be used here", reason=errors.MISPLACED_TEMPORAL.reason, cure=cure
     )
 
 
@@ -135,14 +135,14 @@ def class_line(context: ErrorContext) -> Diagnostic | None:
             found.span if found.text == "=" else Span(first.span.end, first.span.end),
             f"a property is given a default with `:`{', not `=`' if found.text == '=' else ''}",
             "expected `:`",
-            reason=errors.CLASS_BODY.why,
+            reason=errors.CLASS_BODY.reason,
             cure=f"write `{first.text}: value`",
         )
     if context.place == 0 and {"NAME", "STRING", "_PASS"} <= context.accepts and "NUMBER" not in context.accepts:
         return errors.CLASS_BODY.at(
             found.span,
             f"`{found.text}` cannot be used in a class",
-            reason=errors.CLASS_BODY.why,
+            reason=errors.CLASS_BODY.reason,
             cure="write `name: value`; what an object does belongs in its `behavior`",
         )
     return None
@@ -179,7 +179,7 @@ def _quoted_path(context: ErrorContext) -> str:
 
 
 def _wrong_import(word: Word, message: str, cure: str) -> Diagnostic:
-    return errors.WRONG_IMPORT.at(word.span, message, reason=errors.WRONG_IMPORT.why, cure=cure)
+    return errors.WRONG_IMPORT.at(word.span, message, reason=errors.WRONG_IMPORT.reason, cure=cure)
 
 
 _SIDES: Mapping[str, str] = MappingProxyType(

@@ -57,7 +57,7 @@ def does_not_compare(context: ErrorContext) -> Diagnostic:
         context.found.span,
         "`=` does not compare",
         "did you mean `==`?",
-        reason=errors.ASSIGNMENT_IN_CONDITION.why,
+        reason=errors.ASSIGNMENT_IN_CONDITION.reason,
         cure="write `==`",
     )
 
@@ -209,7 +209,7 @@ def function_in_a_class(context: ErrorContext) -> Diagnostic | None:
     return errors.CLASS_BODY.at(
         context.first.span,
         "a class has no functions",
-        reason=errors.CLASS_BODY.why,
+        reason=errors.CLASS_BODY.reason,
         cure="write each property as a line `name: value`, such as `width: 2.2 m`",
     )
 

@@ -72,7 +72,7 @@ def missing_colon(context: ErrorContext) -> Diagnostic | None:
         Span(place, place),
         f"missing `:` after `{_head(context)}`",
         "expected `:`",
-        reason=errors.MISSING_COLON.why,
+        reason=errors.MISSING_COLON.reason,
         cure="write `:` here",
     )
 
@@ -171,7 +171,7 @@ def misplaced_unit(context: ErrorContext) -> Diagnostic | None:
         Span(start, start + len(unit)),
         f"the unit `{unit}` cannot be used here",
         "a unit follows a number or a call",
-        reason=errors.MISPLACED_UNIT.why,
+        reason=errors.MISPLACED_UNIT.reason,
         cure=cure,
     )
 
@@ -215,7 +215,7 @@ def _reserved(word: Word) -> Diagnostic:
         word.span,
         f"`{word.text}` is a reserved word and cannot be a name",
         "choose another name",
-        reason=errors.RESERVED_WORD.why,
+        reason=errors.RESERVED_WORD.reason,
         cure=f"for example `{word.text}_`",
     )
 
@@ -226,7 +226,10 @@ def strange_character(context: ErrorContext) -> Diagnostic | None:
         return None
     shown = f"`{found.text}`" if found.text.isprintable() else f"U+{ord(found.text[0]):04X}"
     return errors.STRANGE_CHARACTER.at(
-        found.span, f"the character {shown} has no meaning here", reason=errors.STRANGE_CHARACTER.why, cure="remove it"
+        found.span,
+        f"the character {shown} has no meaning here",
+        reason=errors.STRANGE_CHARACTER.reason,
+        cure="remove it",
     )
 
 

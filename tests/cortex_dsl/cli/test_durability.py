@@ -331,6 +331,10 @@ def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Pat
     (killed / "journal.sqlite").write_bytes(os.urandom(5000))
     assert "is not a readable journal" in cortexc("resume", killed).err
     (killed / "journal.sqlite").write_bytes(b"")
+    assert "has 0 bytes" in cortexc("resume", killed).err
+    (killed / "journal.sqlite").unlink()
+    with closing(sqlite3.connect(killed / "journal.sqlite")) as other:
+        other.execute("CREATE TABLE others (name)")
     assert "of another program" in cortexc("resume", killed).err
     assert "holds 1 run" in cortexc("resume", tmp_path).err
     assert f"did you mean `{killed}`?" in cortexc("resume", killed.with_name("kiled")).err

@@ -1,5 +1,7 @@
 """`cortexc explain`: the page of a code, the list of all, and what the unknown is answered with."""
 
+import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -8,12 +10,16 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.api import codes
-from cortex_dsl.semantics.errors.chance import STUCK, UNDEFINED
-from cortex_dsl.semantics.errors.problems import Problem
+from cortex_dsl import codes
+from cortex_dsl.report.terminal.kernel_progress import COMPILED
 from tests.cortex_dsl.once import judging_once
+from tests.golden import matches
 
 Command = Callable[..., Any]
+RUN = [
+    entry for entry in codes.entries() if entry.page.wrong and entry.page.shown not in ("", "while the file is read")
+]
+"""Codes that no compilation raises, but a check or a run of `wrong.scn`."""
 
 
 def test_a_page(cortexc: Command) -> None:
@@ -33,7 +39,7 @@ def test_every_page_can_be_shown(entry: codes.Entry, cortexc: Command) -> None:
         result = cortexc("explain", entry.code)
     assert result.code == 0
     assert entry.title in result.out
-    assert f"[{entry.code}]" in result.out or (entry.page and entry.page.shown)
+    assert f"[{entry.code}]" in result.out or entry.page.shown
     assert all(character == "\n" or character.isprintable() for character in result.out)
 
 
@@ -67,15 +73,21 @@ def test_help_names_the_command(cortexc: Command) -> None:
     assert "such as SCN203" in cortexc("explain", "--help").out
 
 
-@pytest.mark.parametrize("problem", [STUCK, UNDEFINED], ids=lambda problem: problem.code)
-def test_what_only_a_run_shows(problem: Problem, cortexc: Command, tmp_path: Path) -> None:
-    """The examples of these pages are run: one is reported, the other ends well."""
-    assert problem.page
-    wrong, right = tmp_path / "wrong.scn", tmp_path / "right.scn"
-    wrong.write_text(problem.page.wrong)
-    right.write_text(problem.page.right)
-    assert f"error[{problem.code}]" in cortexc(wrong).err
-    assert cortexc(right).code == 0
+@pytest.mark.parametrize("entry", RUN, ids=lambda entry: entry.code)
+def test_what_only_a_command_shows(
+    entry: codes.Entry, cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The examples of these pages are run or checked: one is reported as its folder says, the other ends well."""
+    home = Path(codes.__file__).parent / entry.code
+    for name in ("wrong.scn", "right.scn"):
+        shutil.copy(home / name, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    options = ["--check"] if "`--check`" in entry.page.shown else []
+    said = cortexc("wrong.scn", *options)
+    matches(COMPILED.sub("", said.err), home / "said.txt")
+    assert re.findall(r"error\[(\w+)\]", said.err) == [entry.code]
+    right = cortexc("right.scn", *options)
+    assert (right.code, f"[{entry.code}]" in right.err) == (0, False)
 
 
 def test_nothing_slow_is_loaded() -> None:

@@ -96,3 +96,25 @@ assert sys.stdout.errors == "replace"
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
     assert done.returncode == 0, done.stderr
+
+
+OPENS_NO_PAGE = """
+import sys
+opened = []
+sys.addaudithook(lambda event, found: opened.append(str(found[0])) if event in ("open", "os.listdir") else None)
+from cortex_dsl.cli import main
+from cortex_dsl.installation import HOME
+main(sys.argv[1:])
+pages = [name for name in opened if name.startswith(str(HOME / "cortex_dsl" / "codes"))]
+sys.exit(f"opened: {pages}" if pages or sys.argv[1] not in opened else 0)
+"""
+
+
+@pytest.mark.parametrize("text", ["x = 3 +\n", "ego = new Car on road\nrequire ego.sped < 3 m/s\n", "# later\n"])
+def test_a_check_opens_no_page_of_a_code(text: str, tmp_path: Path) -> None:
+    """Only `explain` and the site read the folders of diagnostics: a check that reports a code opens none."""
+    own = tmp_path / "own.scn"
+    own.write_text(text)
+    command = [sys.executable, "-c", OPENS_NO_PAGE, str(own), "--check"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr

@@ -5,7 +5,6 @@ to be read before it is kept.
 """
 
 import dataclasses
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.nodes import Node
 from cortex_dsl.syntax.unparse import unparse
+from tests.golden import matches
 
 GOLDEN = Path(__file__).parent / "golden"
 CASES = sorted(path.stem for path in GOLDEN.glob("*.scn"))
@@ -62,10 +62,7 @@ def transcript(name: str, text: str) -> str:
 def test_golden_program(name: str) -> None:
     """The transcript of a program is the one that was agreed on."""
     found = transcript(name, (GOLDEN / f"{name}.scn").read_bytes().decode())
-    expected = GOLDEN / f"{name}.txt"
-    if os.environ.get("UPDATE_GOLDEN"):
-        expected.write_text(found, encoding="utf-8")
-    assert found == expected.read_text(encoding="utf-8")
+    matches(found, GOLDEN / f"{name}.txt")
 
 
 def test_every_transcript_has_its_program() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.codes import Entry
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.installation import resource
 from cortex_dsl.source import Source, Span
@@ -36,18 +37,18 @@ def value_of(text: str) -> object:
     return statement.value
 
 
-@pytest.mark.parametrize("code", [code for code in CODES if code.id not in FILE_CODES], ids=lambda code: code.id)
+@pytest.mark.parametrize("code", [code for code in CODES if code.code not in FILE_CODES], ids=lambda code: code.code)
 def test_example_of_a_code(code: Code) -> None:
     """The wrong example of a code has that error, and the right one none."""
-    assert code.id in codes_of(code.wrong)
-    parse(Source("right.scn", code.right))
+    page = Entry(code.code, code.severity).page
+    assert code.code in codes_of(page.wrong)
+    parse(Source("right.scn", page.right))
 
 
 def test_codes_are_declared_once_and_in_order() -> None:
     """A code stands for one kind of error."""
-    ids = [code.id for code in CODES]
-    assert ids == sorted(set(ids))
-    assert all(code.title and code.why for code in CODES)
+    codes = [code.code for code in CODES]
+    assert codes == sorted(set(codes))
 
 
 @pytest.mark.parametrize("word", UNIT_WORDS)
@@ -75,7 +76,7 @@ def test_spoken_units_are_answered_with_the_right_one(word: str) -> None:
     with pytest.raises(CompileError) as caught:
         parse(Source("test.scn", f"x = 5 {word}\n"))
     (diagnostic,) = caught.value.diagnostics
-    assert diagnostic.code == errors.UNKNOWN_UNIT.id
+    assert diagnostic.code == errors.UNKNOWN_UNIT.code
     assert diagnostic.cure == f"write `{SPOKEN_UNITS[word]}`"
 
 

@@ -27,7 +27,7 @@ from engine.search.evaluations import (
 from engine.search.probability.estimates import Count
 from engine.search.protocol import Box
 from engine.search.ranking import order_of_risk, worst_cases
-from engine.search.run import run_campaign
+from engine.search.run import Task, run_campaign
 from engine.search.searchers import build_searcher
 from engine.tables import Floats, Ints
 from engine.vocabulary import Blame, GeneKind, Verdict
@@ -54,7 +54,7 @@ def table(rows: Rows) -> Callable[[list[list[int]], list[list[float]]], Evaluati
 
 def run(space: ParamSpace, evaluate: Evaluate, config: SearchConfig) -> Campaign:
     searcher = build_searcher("random", Box.of(space), Config(search=config))
-    return run_campaign(space, searcher, evaluate, config, "random")
+    return run_campaign(Task(space, evaluate, config, "random"), searcher)
 
 
 @given(

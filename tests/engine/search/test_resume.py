@@ -20,7 +20,7 @@ from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.past import ForeignPastError
 from engine.search.protocol import Box
-from engine.search.run import run_campaign
+from engine.search.run import Past, Task, run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.search.store import JOURNAL, StoreError, hold
 from tests.journals import unchain
@@ -50,7 +50,7 @@ def search(
         journal.write(progress)
 
     searcher = build_searcher(method, Box.of(space), Config(search=CONFIG))
-    return run_campaign(space, searcher, evaluate, CONFIG, method, "cortex", on_generation=write, past=past)
+    return run_campaign(Task(space, evaluate, CONFIG, method, "cortex"), searcher, write, past=Past(past))
 
 
 def results_of(path: Path) -> list[list[Any]]:
@@ -122,7 +122,7 @@ def test_past_of_another_seed_is_refused(
     past = read_journal(tmp_path / JOURNAL).past()
     other = build_searcher("ga", Box.of(space), Config(search=SearchConfig(seed=12, population=20)))
     with pytest.raises(ForeignPastError):
-        run_campaign(space, other, evaluate, CONFIG, "ga", past=past)
+        run_campaign(Task(space, evaluate, CONFIG, "ga"), other, past=Past(past))
 
 
 def test_one_process_at_a_time(tmp_path: Path) -> None:

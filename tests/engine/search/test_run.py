@@ -14,7 +14,7 @@ from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.campaign import Campaign, Progress
 from engine.search.methods.ga import PRESETS
 from engine.search.protocol import Box, Operator
-from engine.search.run import run_campaign
+from engine.search.run import Task, run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Method, Verdict
@@ -34,7 +34,7 @@ def campaign(
 ) -> Campaign:
     """Run a campaign of a method over a toy."""
     searcher = build_searcher(method, Box.of(space), Config(search=config, ga=ga))
-    return run_campaign(space, searcher, evaluate, config, method, **options)
+    return run_campaign(Task(space, evaluate, config, method), searcher, **options)
 
 
 def in_chunks(evaluate: Evaluate, size: int) -> Evaluate:

@@ -15,7 +15,7 @@ from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Box
-from engine.search.run import run_campaign
+from engine.search.run import Past, Task, run_campaign
 from engine.search.searchers import (
     PluginError,
     UnknownMethodError,
@@ -110,7 +110,7 @@ def test_it_is_found_and_runs(install: Callable[..., None], space: ParamSpace, e
     assert find_searcher("climber").summary == "of the package hill-climber"
     assert find_searcher("ga").number == Method.GA
     searcher = build_searcher("climber", Box.of(space), Config(search=CONFIG))
-    found = run_campaign(space, searcher, evaluate, CONFIG, "climber")
+    found = run_campaign(Task(space, evaluate, CONFIG, "climber"), searcher)
     assert len(found.evaluations) == CONFIG.generations * CONFIG.population
     assert set(found.evaluations.keys[..., 1].flat) == {method_number("climber")}
     assert found.method == "climber"
@@ -124,7 +124,7 @@ def test_two_packages_draw_different_numbers(
     searches = []
     for name in ("climber", "careless"):
         searcher = build_searcher(name, Box.of(space), Config(search=CONFIG))
-        searches.append(run_campaign(space, searcher, evaluate, CONFIG, name).evaluations)
+        searches.append(run_campaign(Task(space, evaluate, CONFIG, name), searcher).evaluations)
     first, second = searches
     assert not np.isin(first.genomes[:, 0], second.genomes[:, 0]).any()
     assert not np.isin(first.keys[..., 1], second.keys[..., 1]).any()
@@ -151,9 +151,8 @@ def test_its_journal_is_gone_on_with(
     def search(generations: int, past: list) -> None:
         config = SearchConfig(**{**vars(CONFIG), "generations": generations})
         searcher = build_searcher("climber", Box.of(space), Config(search=config), manifest.method_number)
-        run_campaign(
-            space, searcher, evaluate, config, "climber", on_generation=journal.write, past=past, number=method
-        )
+        task = Task(space, evaluate, config, "climber")
+        run_campaign(task, searcher, journal.write, past=Past(past, number=method))
 
     search(2, [])
     search(4, read_journal(journal.path).past())

@@ -26,7 +26,7 @@ from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Box
 from engine.search.result_files import result_files
-from engine.search.run import run_campaign
+from engine.search.run import Task, run_campaign
 from engine.search.searchers import build_searcher
 from engine.search.store import (
     JOURNAL,
@@ -47,7 +47,7 @@ def run(
     space: ParamSpace, evaluate: Evaluate, config: SearchConfig = CONFIG, on_generation: OnGeneration | None = None
 ) -> Campaign:
     searcher = build_searcher("ga", Box.of(space), Config(search=config))
-    return run_campaign(space, searcher, evaluate, config, "ga", "cortex", on_generation=on_generation)
+    return run_campaign(Task(space, evaluate, config, "ga", "cortex"), searcher, on_generation)
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import REMOVED, SEARCHERS
 from engine.search.methods.trust_regions import TrustRegions, fitted, normal_scores
 from engine.search.protocol import DEFAULT_OBJECTIVES, MEASURES, Box, Operator, Result, Searcher, Status, StreamAt
-from engine.search.run import run_campaign
+from engine.search.run import Task, run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
 from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict
@@ -79,7 +79,7 @@ def search(
 ) -> Campaign:
     streams = partial(operator_generator, seed, int(Method.GA), 0)
     searcher = METHODS[method](Box.of(space), config.population, streams)
-    return run_campaign(space, searcher, evaluate, config, "ga", objective=objective)
+    return run_campaign(Task(space, evaluate, config, "ga", objective=objective), searcher)
 
 
 @pytest.mark.parametrize("method", METHODS)
