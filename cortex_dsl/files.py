@@ -40,7 +40,7 @@ class Files(Protocol):
         ...
 
     def identity(self, name: str) -> str:
-        """The same for two names of one file."""
+        """Return a key that is equal for two names of one file."""
         ...
 
     def beside(self, importer: str, path: str) -> list[str]:

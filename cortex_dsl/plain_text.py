@@ -12,7 +12,7 @@ def visible(text: str) -> str:
 
 
 def harmless(text: str) -> str:
-    """The same for a text of several lines."""
+    """Return a text of several lines with control and direction characters made visible."""
     if text.isprintable():
         return text
     return "".join(c if c in "\n\t" else visible(c) for c in text)

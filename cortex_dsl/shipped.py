@@ -21,12 +21,12 @@ class Example:
 
     @property
     def name(self) -> str:
-        """Its file's name without the suffix, such as `left_turn`."""
+        """Return the name of the file without the suffix, such as `left_turn`."""
         return self.scenario.name.removesuffix(SUFFIX)
 
     @property
     def files(self) -> tuple[Traversable, ...]:
-        """All that has to be copied for it to run, the scenario first."""
+        """Return all files that it needs to run, the scenario first."""
         return (self.scenario, *self.beside)
 
     @cached_property

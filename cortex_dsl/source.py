@@ -54,7 +54,7 @@ class Source:
     imported: tuple[FileText, ...] = field(default=(), repr=False)
 
     def with_import(self, name: str, text: str) -> "Source":
-        """The same source with one more file at its end."""
+        """Return the source with one more file at its end."""
         last = self.files[-1]
         added = FileText(name, last.end + 1, last.first_line + last.text.count("\n") + 1, text)
         return replace(self, imported=(*self.imported, added))

@@ -123,7 +123,7 @@ def _apply(file: FileText, edits: Sequence[Edit]) -> str:
 
 
 def _requoted(edits: Sequence[Edit], modules: Sequence[nodes.Module], source: Source) -> Iterator[Edit]:
-    """With the other quotes where an edit lies in a text with values that begins with these."""
+    """Yield the edits with the other quotes if an edit lies in a text with values that begins with these."""
     found = (node.span for module in modules for node in everything_in(module) if isinstance(node, nodes.Formatted))
     texts = [span for span in found if source.slice(span)[1] == '"']
     for edit in edits:

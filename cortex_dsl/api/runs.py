@@ -216,7 +216,7 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
 
 
 def _edited(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """Return the files of the run that exist with another content now."""
+    """Yield the files of the run that exist with another content now."""
     for file in (Text(manifest.file, manifest.file_text), *manifest.origin.imports):
         with suppress(OSError, ValueError):
             if _text_of(located(folder, file.name)) != file.text:

@@ -50,7 +50,7 @@ def _proved(compiled: "Compiled", found: "Feasibility") -> dict[str, Any]:
 
 
 def _sizes(compiled: "Compiled") -> str:
-    """How much a file holds, in words."""
+    """Return the size of a program's contents, in words."""
     from cortex_dsl.report.findings.readable import counted
 
     program = compiled.program
@@ -60,7 +60,7 @@ def _sizes(compiled: "Compiled") -> str:
 
 
 def _requirements(compiled: "Compiled") -> int:
-    """How many are written: on scenes and on the run, not those that the compiler adds."""
+    """Return the number of written requirements, on scenes and on the run, without those that the compiler adds."""
     from cortex_dsl.semantics.names.tree import everything_in
     from cortex_dsl.syntax import nodes
 

@@ -200,7 +200,7 @@ def _show(
 
 
 def _infeasible(compiled: Compiled, request: CompileRequest, run: RunRequest, terminal: Terminal) -> Exit:
-    """Without a single scene, for it is proved that there is none."""
+    """Report that no scene exists, which is proved without sampling."""
     blame = _account(compiled.program, run)
     terminal.err.print(exhausted_view(compiled.program, Tally(), Verdict.INFEASIBLE, (), blame))
     show_misplaced(compiled, blame, request, terminal)

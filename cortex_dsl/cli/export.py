@@ -79,7 +79,7 @@ def format_list() -> str:
 
 
 def _formats_content() -> list[dict[str, Any]]:
-    """The same for the document of --json."""
+    """Return the formats for the document of --json."""
     return [
         {"name": name, "suffixes": entry.suffixes, "summary": entry.summary, "readers": entry.readers}
         | {"installed": not missing_extra(name)}

@@ -58,7 +58,7 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, st
 
 
 def _study_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
-    """The same of a whole study."""
+    """Return folder and page of a study, and the function that draws its figures."""
     from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.cli.search_output import usage_errors
     from cortex_dsl.report.page.study_page import study_page

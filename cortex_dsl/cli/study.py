@@ -138,7 +138,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
 
 
 def _end_of(study: "Study", terminal: Terminal) -> Exit:
-    """How the command ends: runs may have failed over their file, or over us."""
+    """Return the exit code: runs may have failed because of their file, or because of an internal error."""
     from engine.search.store import located
     from engine.study.database import read_evaluations
 

@@ -62,7 +62,7 @@ def picture(
 
 
 def pace(text: str) -> float:
-    """How many times as fast as it happens: `2`, `0.25`, `4x`."""
+    """Parse the speed of a replay relative to real time: `2`, `0.25`, `4x`."""
     try:
         value = float(text.rstrip("x×"))
     except ValueError:

@@ -182,7 +182,7 @@ def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simu
 
 
 def _metrics(scenario: Scenario, scenes: Scenes, simulated: Simulated) -> "Sequence[Metric]":
-    """All that a valid run can be measured by."""
+    """Return all metrics of a valid run."""
     from engine.metrics import bodies_of, measure_impacts, measure_trajectory
 
     if int(simulated.outcomes.verdict[0]) != Verdict.VALID:

@@ -54,7 +54,7 @@ def members(view: View, place: Place) -> list[Member]:
 
 
 def _values_before_dot(view: View, place: Place) -> Iterator[ObservedValues]:
-    """Return the value before the dot: from the repaired text, or from the last text without errors."""
+    """Yield the value before the dot: from the repaired text, or from the last text without errors."""
     if len(place.left) < 2:
         return
     base, dot = place.left[-2], place.left[-1].start
@@ -244,7 +244,7 @@ def _in_scenario(view: View, place: Place) -> bool:
 
 
 def _rest_of_phrase(place: Place) -> Iterator[Candidate]:
-    """After `offset`: `by` and `along`; only where the words so far mean nothing by themselves."""
+    """Yield `by` and `along` after `offset`; only if the words so far mean nothing by themselves."""
     for count in range(len(place.phrase), 0, -1):
         said = place.phrase[-count:]
         if any(keyword.words == said for keyword in KEYWORDS) and said != ("terminate",):

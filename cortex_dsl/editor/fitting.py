@@ -138,7 +138,7 @@ FIRST, NEXT, LATER = 1, 2, 4
 
 
 def fitting(view: View, place: Place, candidates: Iterable[Candidate]) -> Iterator[Candidate]:
-    """Those candidates that can stand at a place, with ranks by how well they do."""
+    """Yield the candidates that fit a place, with ranks by quality."""
     asked = asked_at(view, place)
     if asked is None:
         yield from candidates

@@ -151,7 +151,7 @@ class Token:
 
 
 def tokens_of(text: str) -> tuple[Token, ...]:
-    """Everything but blanks."""
+    """Return all tokens except blanks."""
     found = _LEXER.get_tokens_unprocessed(text)
     return tuple(Token(kind, value, start) for start, kind, value in found if kind is not Whitespace and value.strip())
 

@@ -119,7 +119,7 @@ def location(file: OpenFile, target: Target, encoding: str) -> types.Location:
 
 
 def diagnostics(file: OpenFile, encoding: str) -> list[types.Diagnostic]:
-    """Everything that the compiler said about the text, in the words of `--check`."""
+    """Return all diagnostics of the text, in the words of `--check`."""
     return [_diagnostic(file, each, encoding) for each in file.latest.diagnostics]
 
 

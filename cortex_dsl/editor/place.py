@@ -61,7 +61,7 @@ class Place:
 
     @property
     def argument(self) -> int:
-        """Which argument of the call this is, from 0."""
+        """Return the index of the argument in its call, from 0."""
         depth, count = 0, 0
         for token in self.left[self.open[-1] + 1 :] if self.open else ():
             depth += (token.text in CLOSERS) - (token.text in CLOSERS.values())

@@ -115,7 +115,7 @@ def _on_a_road(recording: Recording) -> Recording:
 
 
 def _rows(recording: Recording, actor: int) -> Floats:
-    """(samples, 5) of the first stretch in which an actor is there."""
+    """Return the rows (samples, 5) of the first stretch in which an actor is present."""
     first, last = recording.stretches(actor)[0]
     states = recording.states[first : last + 1, actor]
     columns = states[:, [State.X, State.Y, State.HEADING, State.SPEED]]
@@ -235,7 +235,7 @@ def _step(recording: Recording) -> float:
 
 
 def _number(value: float) -> str:
-    """Without a fraction where there is none; never in powers of ten."""
+    """Return a number as text: without a fraction if it is whole; never in powers of ten."""
     text = f"{value:.{DIGITS}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 

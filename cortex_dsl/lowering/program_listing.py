@@ -131,7 +131,7 @@ def _step_code(program: Program) -> Iterator[str]:
 
 
 def _coroutine(program: Program, entry: int, name: Namer) -> Iterator[str]:
-    """Its rows up to the one HALT, which is its last."""
+    """Yield its rows up to its only HALT, which is the last row."""
     rows = program.code.step_code[entry:].tolist()
     end = next(i for i, row in enumerate(rows) if row[0] == Op.HALT)
     lines = program.step_lines[entry : entry + end + 1].tolist()

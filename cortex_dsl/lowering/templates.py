@@ -253,7 +253,7 @@ class _Placement:
         self.columns: list[np.ndarray] = []
 
     def place(self, codes: Sequence[VariantCode], members: Sequence[int]) -> list[tuple[str, int]]:
-        """For each constant occurrence, ("literal" | "variant", number). Values are compared by their bits."""
+        """Return ("literal" | "variant", number) for each use of a constant. Values are compared by their bits."""
         known: dict[bytes, int] = {}
         places = []
         for column in np.array([code.constants for code in codes], dtype=float).T.copy():

@@ -38,7 +38,7 @@ def _style(kind: _TokenType) -> str:
 
 
 def for_prompt() -> list[tuple[_TokenType, str]]:
-    """The same table by the words of prompt_toolkit."""
+    """Return the table in the words of prompt_toolkit."""
     return [(kind, " ".join(map(_ansi, style.split()))) for kind, style in STYLES.items()]
 
 

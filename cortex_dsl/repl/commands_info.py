@@ -21,7 +21,7 @@ def do_explain(state: State, argument: str) -> None:
 
 
 def do_check(state: State, _argument: str) -> None:
-    """Everything that is known without drawing."""
+    """Show all facts that are known without sampling."""
     checked, out = state.checked, state.terminal.out
     if checked.errors:
         state.mistakes += 1

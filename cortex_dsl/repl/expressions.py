@@ -64,7 +64,7 @@ def _is_about(diagnostic: Diagnostic, start: int) -> bool:
 
 
 def _moved(diagnostic: Diagnostic, start: int, typed: Span) -> Diagnostic:
-    """The same about the text as it was typed, which was looked at from `start` on."""
+    """Return the diagnostic with places in the typed text, which was evaluated from `start` on."""
 
     def placed(offset: int) -> int:
         return offset if offset <= typed.start else min(max(offset - start + typed.start, typed.start), typed.end)

@@ -152,7 +152,7 @@ class EditedInput:
 
 
 def state_of(state: State) -> str:
-    """How things stand, in one line."""
+    """Return the state of the session in one line."""
     checked, program = state.checked, state.checked.weighable
     parts = [f"{state.name}{' *' if state.unsaved else ''}"]
     if state.editing is not None:

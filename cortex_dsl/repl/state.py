@@ -241,7 +241,7 @@ class State:
         return Scenario(compiled, config, self.overrides)
 
     def not_ready(self) -> UsageError:
-        """Why nothing can be drawn yet."""
+        """Return why no scene can be sampled yet."""
         if self.checked.errors:
             return UsageError("the scenario has errors", "`:check` shows them, `:edit N` corrects an entry")
         return UsageError("still to come: an ego", LIKE)

@@ -75,7 +75,7 @@ class _Walk:
         return self.genes
 
     def visit(self, node: object) -> None:
-        """Everything below a node of the IR."""
+        """Visit all nodes below a node of the IR."""
         match node:
             case ir.Expr():
                 self._expression(node)

@@ -272,7 +272,7 @@ def _other_intersections(file: FileContext) -> str:
 
 
 def _maneuvers(file: FileContext) -> str:
-    """Which types of maneuvers a file's map has, and how many of each."""
+    """Return the types of maneuvers of a file's map, and the number of each."""
     network = _network_of_file(file)
     counts = Counter(each.type.name for each in network.maneuvers) if network else {}
     return ", ".join(f"{kind} ({count})" for kind, count in sorted(counts.items()))

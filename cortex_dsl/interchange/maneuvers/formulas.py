@@ -73,7 +73,7 @@ class Case:
 
     @cached_property
     def columns(self) -> Floats:
-        """(actors, len(Column)) of this scene."""
+        """Return the columns (actors, len(Column)) of this scene."""
         return actor_columns(self.scenario.program, self.scenes.values[self.row])
 
     @property

@@ -31,7 +31,7 @@ class Unlimited:
 
 
 def trigger_of(case: Case, names: tuple[str, ...], condition: ir.Expr) -> Trigger:
-    """When a condition holds; `names` are those of the actors.
+    """Return the trigger of a condition; `names` are those of the actors.
 
     Raises:
         UnsayableError: OpenSCENARIO has no such condition.

@@ -102,7 +102,7 @@ def _concrete(case: ExportCase, witness: ValueRecorder) -> Compiled:
 
 
 def _head(case: ExportCase, module: nodes.Module, sheet: OutputBuffer, name: str, road_file: str) -> str:
-    """Everything before the author's own statements."""
+    """Return the text before the author's own statements."""
     parts = [_about(case, module, sheet, name), _model(case, road_file), _brought(sheet)]
     return "\n".join("".join(f"{line}\n" for line in part) for part in parts if part)
 

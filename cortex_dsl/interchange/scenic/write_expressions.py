@@ -165,7 +165,7 @@ class Expressions:
             self.sheet.classes[class_name] = "Vehicle" if ACTOR_KINDS[class_name] in WHEELED else "Object"
 
     def parts(self, node: N) -> N:
-        """The same node, its expressions written for Scenic."""
+        """Return the node with its expressions translated to Scenic."""
         changed: dict[str, Any] = {each.name: self._part(getattr(node, each.name)) for each in fields(node)}
         return replace(node, **changed)
 

@@ -253,7 +253,7 @@ class Stand:
 
 
 def made(to: Expressions, node: nodes.New) -> nodes.New:
-    """The same `new` for Scenic."""
+    """Return a `new` translated to Scenic."""
     to.declare(node.class_name)
     value = to.value(node)
     stand = _stand(value, to.recording)

@@ -127,7 +127,7 @@ def struck_text(avoided: Avoided) -> str:
 
 
 def system_lines(avoided: Avoided) -> list[str]:
-    """How the avoidable ones depend on params of the system that the search chose; nothing where there are none."""
+    """Return how avoidable failures depend on params of the system that the search chose; empty without any."""
     if not (avoided.by_system and sum(avoided.by_system[0].thirds)):
         return []
     parts = [f"{share.name} {', '.join(f'{n:,}' for n in share.thirds)}" for share in avoided.by_system]
@@ -153,7 +153,7 @@ def fastest_text(analysis: Analysis) -> str:
 
 
 def margin_text(answer: Avoidability) -> str:
-    """By how much braking was early enough, or too late."""
+    """Return the margin by which braking was early enough, or too late."""
     if math.isnan(answer.margin):
         return ""
     if math.isinf(answer.margin):
@@ -250,7 +250,7 @@ def information(tried: Ints, failed: Ints) -> float:
 
 
 def _entropy(counts: Ints) -> float:
-    """With the correction for its bias [bits]."""
+    """Return the entropy with the correction for its bias [bits]."""
     there = counts[counts > 0].astype(np.float64)
     share = there / there.sum()
     return float(-(share * log(share)).sum() + (len(there) - 1) / (2.0 * there.sum())) / math.log(2.0)
@@ -267,7 +267,7 @@ def heat_map_content(found: HeatMap) -> dict[str, Any]:
 
 
 def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
-    """Everything that an analysis found, for a document."""
+    """Return all results of an analysis as a document."""
     conditions = [
         {
             "condition": condition_text(space, each),

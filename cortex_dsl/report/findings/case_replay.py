@@ -71,7 +71,7 @@ def shapes(program: Program, trajectory: Trajectory) -> list[Shape]:
 
 
 def way_of(trajectory: Trajectory, actor: int) -> Floats:
-    """(n, 2) where an actor's centre was while it took part and its poses were numbers."""
+    """Return the centre (n, 2) of an actor while it is present with a finite pose."""
     states = trajectory.states[:, actor]
     there = (states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING + 1]).all(axis=1)
     return states[there][:, [State.X, State.Y]]
@@ -116,7 +116,7 @@ def approach(trajectory: Trajectory, other: int, outlines: Floats) -> Approach:
 
 
 def _closing_speed(now: Snapshot) -> float:
-    """As `engine.kernels.pair` defines it."""
+    """Return the closing speed as `engine.kernels.pair` defines it [m/s]."""
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
     vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
     apart = math.hypot(x, y)
@@ -207,7 +207,7 @@ class CaseReplay:
 
     @property
     def key_time(self) -> float:
-        """When it was worst: contact, or the closest approach of the deciding pair [s]."""
+        """Return the time of contact, or of the closest approach of the deciding pair [s]."""
         if self.collided or not self.outcomes.min_distance.shape[1]:
             return float(self.outcomes.end_time[0])
         time = float(self.outcomes.min_distance_time[0, self.pair])
@@ -234,7 +234,7 @@ class CaseReplay:
         return self.framed()
 
     def framed(self, shape: float | None = None) -> Frame:
-        """The same in a picture of a given shape."""
+        """Return the replay in a picture of a given shape."""
         points = tracks(self.trajectory)
         return Frame.around(points if len(points) else np.zeros((1, 2)), self.heading, shape)
 

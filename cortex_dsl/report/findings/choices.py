@@ -25,7 +25,7 @@ def made_choices(program: Program, scenes: Scenes, row: int = 0) -> tuple[tuple[
 
 
 def choice_names(program: Program) -> tuple[str, ...]:
-    """All that are made in some variant."""
+    """Return the names of all choices of any variant."""
     return tuple(dict.fromkeys(name for label in program.variants for name in names_of(label)))
 
 

@@ -50,7 +50,7 @@ class DrivenRuns:
     """(len(Ending),)"""
 
     def plus(self, outcomes: Outcomes, blame: Ints) -> "DrivenRuns":
-        """With more of them; `blame` (n,) as by `engine.avoidability.blame`."""
+        """Return the counts with further runs; `blame` (n,) as by `engine.avoidability.blame`."""
         endings = np.where(outcomes.collided, int(Ending.UNAVOIDABLE), int(Ending.NO_COLLISION))
         for said, ending in OF_BLAME.items():
             endings[blame == said] = ending
@@ -87,7 +87,7 @@ class DrivenRuns:
 
 
 def runs_content(runs: DrivenRuns, driver: str) -> dict[str, Any]:
-    """The same for a JSON document."""
+    """Return the counts as a JSON document."""
     return {
         "driver": driver,
         "scenes": runs.driven,

@@ -49,7 +49,7 @@ def _kinds_text(came: Failures) -> str:
 
 
 def order_text(objective: Sequence[str]) -> str:
-    """How the worst cases are chosen, as `engine.search.ranking` does."""
+    """Return the order of the worst cases, as in `engine.search.ranking`."""
     return f"{ORDER_OF_OBJECTIVE if tuple(objective) != DEFAULT_OBJECTIVES else ORDER_OF_RISK}; {APART}"
 
 

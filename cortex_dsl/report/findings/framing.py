@@ -70,12 +70,12 @@ class Frame:
 
     @property
     def turn_degrees(self) -> float:
-        """By how much the world is turned, anticlockwise."""
+        """Return the rotation of the world, anticlockwise [deg]."""
         return -math.degrees(self.heading)
 
     @property
     def north_degrees(self) -> float:
-        """By how much an arrow that points up is turned, clockwise, to point north."""
+        """Return the rotation, clockwise [deg], of an arrow that points up so that it points north."""
         return math.degrees(self.heading)
 
     @property
@@ -148,7 +148,7 @@ def heading_of_road(road: Outline, lanes_width: float, states: Floats) -> float:
 
 
 def _apart(line: Floats, x: float, y: float) -> float:
-    """From a point to a straight line between two points [m]."""
+    """Return the distance from a point to a straight line between two points [m]."""
     start, way = line[0], line[-1] - line[0]
     share = float(np.clip((((x, y) - start) * way).sum() / max(float((way * way).sum()), 1e-12), 0.0, 1.0))
     return math.hypot(*((x, y) - start - share * way))

@@ -57,7 +57,7 @@ def _edges(road: OdrRoad, s: float) -> list[tuple[float, float]]:
 
 
 def _shifts(road: OdrRoad, s: float) -> Iterator[float]:
-    """How far left of the reference line each lane that is driven on begins and ends [m]."""
+    """Yield 0, and the offsets of the edges of each driving lane to the left of the reference line [m]."""
     yield 0.0
     section, center = road.section(s), road.center(0, s)
     for lane, row in section.lanes.items():
@@ -131,7 +131,7 @@ def recorded_story(report: MeasuredReport) -> list[Moment]:
 
 
 def recorded_end(report: MeasuredReport) -> str:
-    """Why it is over: a recording does not know of time limits."""
+    """Return the reason of the end: a recording has no time limits."""
     if report.measured.outcomes.end_reason[0] not in (EndReason.COLLISION, EndReason.BUILDING):
         return "the recording ends"
     came_in = "; one came in on the other, and nothing led to it" if report.measured.sudden else ""
@@ -139,7 +139,7 @@ def recorded_end(report: MeasuredReport) -> str:
 
 
 def measured_content(report: MeasuredReport) -> dict[str, Any]:
-    """The same as the content of a JSON document, SI units."""
+    """Return the report as the content of a JSON document, SI units."""
     recording, measured, actors = report.recording, report.measured, report.cast.actors
     outcomes, risk = measured.outcomes, measured.risk
     return {

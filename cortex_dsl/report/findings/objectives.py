@@ -27,7 +27,7 @@ class ObjectiveResult:
 
 
 def objective_results(program: Program, outcomes: Outcomes, row: int = 0) -> tuple[ObjectiveResult, ...]:
-    """In the order of the file; none of a run that is not valid."""
+    """Return the results in the order of the file; () for an invalid run."""
     if outcomes.verdict[row] != 0:
         return ()
     values, broken = outcomes.sought[row].tolist(), outcomes.broken[row].tolist()
@@ -40,7 +40,7 @@ def objective_results(program: Program, outcomes: Outcomes, row: int = 0) -> tup
 
 
 def objectives_content(found: Sequence[ObjectiveResult]) -> list[dict[str, Any]]:
-    """As a document has them."""
+    """Return the results in the form of a document."""
     return [
         {
             "name": each.name,

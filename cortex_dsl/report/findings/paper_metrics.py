@@ -43,7 +43,7 @@ def meaning_of(metric: PaperMetric, objective: Sequence[str]) -> str:
 
 
 def brief_of(metric: PaperMetric, objective: Sequence[str]) -> str:
-    """The same in a few words."""
+    """Return the meaning in a few words."""
     if not _is_aimed(metric, objective):
         return metric.brief
     return f"mean of {objective[0]}, {finds_of(objective).among} runs"

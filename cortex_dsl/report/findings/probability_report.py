@@ -73,7 +73,7 @@ def interval_text(found: Probability) -> str:
 
 
 def avoidable_text(found: Probability) -> str:
-    """The same of a collision that a competent driver avoids."""
+    """Return the estimate for a collision that a competent driver avoids."""
     return _text(found.avoidable)
 
 

@@ -76,7 +76,7 @@ def _kind(ranked: RankedWindows, actor: int) -> str:
 
 
 def ranking_content(report: RankedReport) -> dict[str, Any]:
-    """The same as the content of a JSON document, SI units."""
+    """Return the report as the content of a JSON document, SI units."""
     ranked = report.ranked
     return {
         "file": report.file,

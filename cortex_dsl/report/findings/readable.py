@@ -36,7 +36,7 @@ def whole(value: float) -> str:
 
 
 def percent(share: float, decimals: int = 1) -> str:
-    """0.257 -> `25.7 %`."""
+    """Return a share in percent: 0.257 -> `25.7 %`."""
     return ABSENT if math.isnan(share) else f"{fixed(100.0 * share, decimals)} %"
 
 
@@ -103,7 +103,7 @@ def gene_value(space: "ParamSpace", gene: int, value: float) -> str | float:
 
 
 def shortened(text: str, room: int) -> str:
-    """As many whole words as there is room for, and a sign where some are left out."""
+    """Return as many whole words as fit, and a sign if some are left out."""
     words = shorten(text, room, placeholder=" …") if room > 2 else "…"
     return words if words.strip() != "…" else text[: max(0, room - 1)] + "…"
 

@@ -79,7 +79,7 @@ class RunReport:
 
 
 def run_content(report: RunReport, file: str) -> dict[str, Any]:
-    """Everything that the view shows, without the drawing. SI units, except params: the file's own."""
+    """Return the contents of the view without the drawing. SI units, except params: the file's own."""
     program, outcomes, scenes = report.program, report.outcomes, report.scenes
     reason = EndReason(int(outcomes.end_reason[0]))
     rule = int(outcomes.end_rule[0])
@@ -123,7 +123,7 @@ def _rule(program: Program, reason: EndReason, rule: int) -> dict[str, Any]:
 
 
 def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str) -> dict[str, Any]:
-    """Why there was nothing to run."""
+    """Return why there is no scene to run."""
     culprit = first_culprit(program, tally)
     return {
         "file": file,

@@ -140,7 +140,7 @@ RANDOM = "random"
 
 
 def whole_run(record: Record) -> tuple[Figures, Figures]:
-    """By individual and by distinct simulation, over the whole run."""
+    """Return the figures of the whole run, by individual and by distinct simulation."""
     evaluations = record.evaluations
     return figures(evaluations, evaluations.reused | True), figures(evaluations, evaluations.simulated)
 
@@ -173,7 +173,7 @@ INVALID = {
 
 
 def invalid_counts(record: Record) -> dict[str, int]:
-    """By reason, how many simulations were not valid, most frequent first."""
+    """Return the number of invalid simulations by reason, most frequent first."""
     verdicts = record.evaluations.rollouts.verdict[record.evaluations.simulated]
     counts = {why: int((verdicts == verdict).sum()) for verdict, why in INVALID.items()}
     return {why: counts[why] for why in sorted(counts, key=lambda why: -counts[why]) if counts[why]}
@@ -192,7 +192,7 @@ def worst_score(record: Record) -> tuple[int, int]:
 
 
 def worst_words(record: Record) -> str:
-    """How bad the worst is, and how often; empty where nothing was valid."""
+    """Return the risk of the worst case, and its frequency; empty without valid runs."""
     score, times = worst_score(record)
     return f"The highest risk found, {score} of {HIGHEST_RISK}, came up {counted(times, 'time')}." if times else ""
 

@@ -219,7 +219,7 @@ def _padded(pieces: list[Piece], width: int) -> list[Piece]:
 
 
 def render_text(source: Source, diagnostics: Iterable[Diagnostic], width: int = 100) -> str:
-    """The same without colour."""
+    """Return the snippet without colour."""
     blocks = (
         "\n".join("".join(piece for piece, _ in line).rstrip() for line in draw(source, diagnostic, width)) + "\n"
         for diagnostic in diagnostics

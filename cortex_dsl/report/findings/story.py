@@ -80,7 +80,7 @@ def in_order(moments: Iterable[Moment]) -> list[Moment]:
 
 
 def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
-    """Why the run was over."""
+    """Return the reason of the end of the run."""
     time, reason = float(outcomes.end_time[row]), EndReason(int(outcomes.end_reason[row]))
     if reason == EndReason.COLLISION:
         first, second = (program.actors[int(actor)] for actor in outcomes.contact_actors[row])
@@ -249,7 +249,7 @@ def _impact(program: Program, impact: "Impact", unit: SpeedUnit) -> Iterator[Mom
 
 
 def _rests(trajectory: Trajectory) -> Iterator[Moment]:
-    """When each actor that the contact set moving, or found moving, stood still for good."""
+    """Yield the time at which each actor stood still for good, for actors in motion at or after contact."""
     if trajectory.contact_sample < 0:
         return
     for actor, speed in enumerate(np.abs(speeds(trajectory)).T):

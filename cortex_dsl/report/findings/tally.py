@@ -119,7 +119,7 @@ def _shortfall(account: "Account", blame: "Blame") -> float:
 
 
 def amount_text(account: "Account", requirement: int, amount: float) -> str:
-    """In the unit in which the file speaks of such things."""
+    """Return an amount in the unit that the file uses for its dimension."""
     asked = account.weighing.program.requirements[requirement]
     return f"{significant(amount / asked.display_scale, 3)} {asked.display_unit or asked.unit}".rstrip()
 
@@ -166,7 +166,7 @@ def place_text(program: Program, requirement: int) -> str:
 
 
 def blame_content(account: "Account") -> dict[str, Any]:
-    """The same for a JSON document; margins in SI units, params in the file's own."""
+    """Return the account as a JSON document; margins in SI units, params in the file's own."""
     weighing, program = account.weighing, account.weighing.program
     return {
         "attempts": len(weighing),

@@ -54,7 +54,7 @@ def _of_several(answer: Answer, count: int) -> str:
 
 
 def beyond_text(answers: Sequence[Verified]) -> str:
-    """How many cases use more grip than the model of the search is good for; empty for none."""
+    """Return the number of cases whose grip exceeds the model of the search; empty without any."""
     beyond = sum(one.run.combined_grip > MODEL_RANGE for one in answers)
     if not beyond:
         return ""

@@ -43,7 +43,7 @@ class Lens:
 
     @staticmethod
     def on(frame: Frame) -> "Lens":
-        """In the width of the frame's shape."""
+        """Return the lens of a frame, with the width of the frame's shape."""
         width = WIDTHS[BAND if frame.is_band else CARD]
         return Lens(frame, (FINE * width, FINE * round(width / frame.shape)))
 

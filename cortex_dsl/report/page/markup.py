@@ -146,7 +146,7 @@ def page(
 
 
 def stylesheet() -> Element:
-    """Everything that a page looks like, in light and in dark."""
+    """Return the styles of a page, in light and in dark."""
     return style(drawing_rules(), text("page.css"))
 
 

@@ -128,7 +128,7 @@ def player_data(replay: CaseReplay) -> dict[str, Any]:
 
 
 def _changes(signal: SignalLine, times: Floats) -> list[tuple[float, str]]:
-    """From when on which colour a light shows, as it is at samples."""
+    """Return the changes of a light's colour with their times, at samples."""
     shown = [(round(time, 3), signal.colour(time)) for time in times.tolist()]
     return [now for before, now in zip([(0.0, None), *shown], shown, strict=False) if now[1] != before[1]]
 

@@ -118,7 +118,7 @@ def _way(track: TableTrack, window: Window) -> Floats:
 
 
 def _outline(track: TableTrack, at: float) -> Floats:
-    """(4, 2) corners."""
+    """Return the corners (4, 2)."""
     x, y = (float(np.interp(at, track.time, track.positions[:, axis])) for axis in (0, 1))
     heading = float(np.interp(at, track.time, track.heading))
     ahead, left = np.array([np.cos(heading), np.sin(heading)]), np.array([-np.sin(heading), np.cos(heading)])

@@ -233,7 +233,7 @@ def _cases(found: RunPage) -> Node:
 
 
 def _lost_words(found: RunPage) -> str:
-    """Which of the worst have no replay, as the driver failed over them; empty where there are none."""
+    """Return the worst cases without a replay, since the driver failed; empty without any."""
     lost = [case.rank for case in worst_cases(found.record.evaluations, WORST, found.run.blame) if case.lost]
     if not lost:
         return ""

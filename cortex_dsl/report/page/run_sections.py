@@ -193,7 +193,7 @@ def ends(run: OpenedRun) -> Element:
 
 
 def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
-    """(words, count, style) of each end, most frequent first, and how many there are."""
+    """Return (words, count, style) of each ending, most frequent first, and their number."""
     rows = [(*_words(end), end.count) for end in ends_of(run.scenario.program, run.record.evaluations)]
     return [(text, count, style) for text, style, count in rows], sum(count for _, _, count in rows)
 

@@ -49,7 +49,7 @@ def scene(frame: Frame, title: str, *layers: Node, compass: bool = True, **attri
 
 
 def _view_box(frame: Frame) -> str:
-    """As SVG has it: y down, turned by the group `world`."""
+    """Return the view box of SVG: y down, turned by the group `world`."""
     return " ".join(map(number, (frame.left, -frame.bottom - frame.height, frame.width, frame.height)))
 
 

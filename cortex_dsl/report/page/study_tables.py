@@ -71,7 +71,7 @@ def _interval(interval: Interval) -> str:
 
 
 def _missing(row: Comparison) -> Node:
-    """Which runs have no number and rank last."""
+    """Return the runs that have no number and rank last."""
     return element("small", f" {row.missing}", class_="quiet") if row.missing else None
 
 

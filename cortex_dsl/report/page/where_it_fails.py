@@ -63,13 +63,13 @@ def dots(record: Record) -> dict[str, Any]:
 
 
 def _kinds(evaluations: Evaluations) -> Ints:
-    """(n,) of each individual."""
+    """Return the kind (n,) of each individual."""
     lost = evaluations.verdict == Verdict.CONTROLLER
     return np.select([evaluations.found, lost, evaluations.valid], [FIND, LOSS, VALID], INVALID)
 
 
 def _short(value: float) -> float:
-    """To be drawn: four digits."""
+    """Return a coordinate for the drawing, with four digits."""
     return float(f"{value:.4g}")
 
 

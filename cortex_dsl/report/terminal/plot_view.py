@@ -151,7 +151,7 @@ def _collided(shown: Shown) -> str:
 
 
 def _shares(thing: Plotted, shown: Shown, ascii_only: bool) -> RenderableType:
-    """How often each option is the case, and how often these collide."""
+    """Return the frequency of each option, and of collisions with it."""
     rows = []
     for number, option in enumerate(thing.options):
         chosen = thing.values == number

@@ -208,7 +208,7 @@ def _headline(report: RunReport) -> Text:
 
 
 def _curves_note(report: RunReport) -> str:
-    """Which two are apart, and that it is their centres, unlike the metrics' outlines."""
+    """Return a note on the pair of the curve: the distance is that of centres, unlike the metrics' outlines."""
     actors = report.program.actors
     if len(actors) < 2:
         return "speed"

@@ -210,7 +210,7 @@ END_STYLES = {EndReason.COLLISION: "bad", EndReason.BUILDING: "bad", EndReason.A
 
 
 def ends_table(program: Program, report: SearchReport) -> RenderableType:
-    """How the runs ended, and the share that each rule ended or made invalid; a repeated elite counts once."""
+    """Return the endings of runs, and the share that each rule ended or invalidated; a repeated elite counts once."""
     ends = ends_of(program, report.campaign.evaluations)
     ran = [end for end in ends if end.verdict in DRIVEN]
     total = sum(end.count for end in ran)

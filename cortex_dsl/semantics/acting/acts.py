@@ -240,7 +240,7 @@ def _must_be_able(body: Body, action: ActionCall, node: nodes.Expression) -> Non
 
 
 def _wait(body: Body, node: nodes.Wait) -> ir.Block:
-    """For one step; until a condition holds, which is looked at first; or for a time."""
+    """Wait for one step; until a condition holds, which is tested first; or for a duration."""
     waits, ev = (ir.Wait(node.span),), body.ev
     if node.until is not None:
         return (ir.Loop(node.span, ~body.condition(node.until, repeated=True), waits),)

@@ -222,7 +222,7 @@ def _awaited(job: Job, conflict: Conflict) -> Term:
 
 
 def closing_speed(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """How fast the gap to another shrinks that is on one's way [m/s]."""
+    """Return the speed at which the gap to another actor on the way shrinks [m/s]."""
     return job.speed() - hypot(*_velocity(job, other)) * conflict.along
 
 

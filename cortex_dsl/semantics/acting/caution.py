@@ -92,7 +92,7 @@ def _may_wait(maneuver: Maneuver) -> bool:
 
 
 def _room(job: Job, path: Term, entry: float) -> Term:
-    """From the front of the actor to a stop line [m]."""
+    """Return the distance from the front of the actor to a stop line [m]."""
     pose = current_pose(job.ev, job.actor)
     return entry - (path_project(path, pose.x, pose.y) + _half_length(job.actor))
 

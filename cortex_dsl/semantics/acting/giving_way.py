@@ -277,7 +277,7 @@ def _places(job: Job, other: Actor, times: Sequence[float]) -> list[tuple[Term, 
 
 
 def _swing(other: Actor) -> Term:
-    """How far the front of another swings out of its way in a bend [m]."""
+    """Return the distance by which the front of another actor swings out of its way in a bend [m]."""
     front, beside = 0.5 * size_of(other, "length") + size_of(other, "rearToCenter"), 0.5 * size_of(other, "width")
     return hypot(BEND_RADIUS + beside, front) - (BEND_RADIUS + beside)
 

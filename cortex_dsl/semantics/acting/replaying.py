@@ -37,7 +37,7 @@ def replay(job: Job) -> ir.Block:
 
 
 def _rows(job: Job, text: str) -> Floats:
-    """(samples, 5): times from 0 on, headings not wrapped.
+    """Return the rows (samples, 5): times from 0 on, headings not wrapped.
 
     Raises:
         Mistake: they are no track.

@@ -167,7 +167,7 @@ def _report(
 
 
 def seen(node: nodes.Require | nodes.Expect, conditions: Conditions) -> Iterator[Term]:
-    """Everything that a requirement or an expectation looks at, in all variants."""
+    """Yield all terms of a requirement or an expectation, in all variants."""
     keys = [(node.span, RuleKind.ABORT), *((atom.span, RuleKind.WATCH) for atom in atoms(node.condition))]
     return (each[key] for each in conditions for key in keys if key in each)
 

@@ -229,7 +229,7 @@ def fuzzy_safety(job: Job) -> ir.Block:
 
 
 def _reaction(job: Job, seen: Seen) -> Term:
-    """By how much to brake for another [m/s^2]."""
+    """Return the braking for another actor [m/s^2]."""
     lead = where(seen.in_lane, maximum(seen.speed, 0.0), 0.0)
     counts, gap = seen.in_lane | seen.crosses, seen.gap
     if (beside := seen.beside) is not None:
@@ -268,6 +268,6 @@ def _fuzzy(job: Job, gap: Term, lead: Term) -> Term:
 
 
 def _share(gap: Term, unsafe: Term, safe: Term) -> Term:
-    """1 up to an unsafe gap, 0 from a safe one on, and linear between."""
+    """Return 1 up to an unsafe gap, 0 from a safe one on, and a linear value between."""
     part = (safe - gap) / maximum(safe - unsafe, 1e-6)
     return where(gap < unsafe, 1.0, minimum(1.0, maximum(0.0, part)))

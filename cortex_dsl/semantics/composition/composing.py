@@ -179,7 +179,7 @@ class Coroutine:
 
 
 def place(ev: Evaluator, instance: Instance) -> Evaluator:
-    """The same place, with the scene."""
+    """Return the evaluator of this place, with the scene."""
     return ev.at_moment(Moment(scenario=instance))
 
 

@@ -135,7 +135,7 @@ def number_for(ev: Evaluator, parameter: Parameter, argument: Given) -> Term:
 
 
 def usage(parameter: Parameter) -> str:
-    """How a parameter with a dimension is given: its unit or its range, and an example."""
+    """Return the form of a parameter with a dimension: its unit or its range, and an example."""
     dimension = parameter.dimension
     assert dimension is not None
     limits = range_text(parameter.low, parameter.high, dimension, above=False)

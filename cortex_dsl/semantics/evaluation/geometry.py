@@ -240,7 +240,7 @@ def viewer(ev: Evaluator, value: Value, span: Span) -> Actor | Pose | Vector:
 
 
 def looking(ev: Evaluator, viewer: Actor | Pose | Vector) -> Pose:
-    """From where something looks, and in which direction."""
+    """Return the place and direction of view of a viewer."""
     if isinstance(viewer, Vector):
         return Pose(viewer.x, viewer.y, ev.algebra.literal(0.0))
     return current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer

@@ -127,7 +127,7 @@ def _new_place(ev: Evaluator, node: nodes.New, found: SpecifierGroups) -> Value:
 
 
 def _own_view(ev: Evaluator, node: nodes.New, given: Sequence[nodes.With]) -> View | None:
-    """How far and how wide a place sees, where `with` says so; a plain point looks all around."""
+    """Return the range and angle of view of a place, if `with` sets them; a plain point looks in all directions."""
     known = PLACES[node.class_name]
     for with_ in given:
         if with_.property not in known:
@@ -281,7 +281,7 @@ def _actor_pose(
 
 
 def _own_heading(ev: Evaluator, node: nodes.New, found: SpecifierGroups, default: Term | None) -> Term:
-    """How something heads, before it has a place.
+    """Return the heading of an object before it has a place.
 
     Raises:
         Mistake: that follows from its place.

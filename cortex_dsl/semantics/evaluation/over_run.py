@@ -25,7 +25,7 @@ RESULTS = {row.name: row for row in NAMED_RESULTS}
 
 
 def judged(ev: Evaluator, *, over: bool = False) -> Evaluator:
-    """The same place where runs are judged: up to contact, with the ego as `self`."""
+    """Return the evaluator for assessed runs: up to contact, with the ego as `self`."""
     return ev.at_moment(Moment(True, ev.run.ego, scenario=ev.moment.scenario, judged=True, over=over))
 
 

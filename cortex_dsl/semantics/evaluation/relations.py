@@ -108,7 +108,7 @@ def _relative_position(ev: Evaluator, of: Value, of_span: Span, origin: Value, s
 
 
 def _distance_past(ev: Evaluator, of: Value, of_span: Span, origin: Value, span: Span) -> Value:
-    """How far something has come past a place, along its own heading; less than 0 where the place is ahead of it."""
+    """Return the distance of an object past a place, along its own heading; negative if the place is ahead of it."""
     point = geometry.position(ev, of, of_span)
     pose = geometry.oriented(ev, origin, span, "what is past")
     return Quantity((pose.x - point.x) * cos(pose.heading) + (pose.y - point.y) * sin(pose.heading), LENGTH)

@@ -151,7 +151,7 @@ _CONSTANTS: dict[str, Callable[[Evaluator, Span], Value]] = {
 
 
 def region_of_intersections(ev: Evaluator, span: Span) -> Region:
-    """All that intersections cover, which is Scenic's `intersection`."""
+    """Return the region of all intersections, which is Scenic's `intersection`."""
     network = network_of(ev)
     if not network.intersections:
         raise MAP_WITHOUT_INTERSECTION.mistake(span)
@@ -282,7 +282,7 @@ def _is_far_off(node: nodes.Expression) -> bool:
 
 
 def _farthest_ahead(module: nodes.Module) -> float:
-    """How far `following` puts an object ahead of the first in its row, as far as the file's own numbers say [m]."""
+    """Return the distance by which `following` places an object ahead of the first in its row, by known numbers [m]."""
     largest: dict[str, float] = {}
     ahead: dict[str, float] = {}
     for statement in module.statements:

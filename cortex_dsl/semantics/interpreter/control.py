@@ -93,7 +93,7 @@ def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
 
 
 def _message(ev: Evaluator, node: nodes.Assert) -> str:
-    """Its text, with the values in it as far as they are known."""
+    """Return the message of an assertion, with its known values."""
     try:
         message = None if node.message is None else ev.evaluate(node.message)
     except Mistake:

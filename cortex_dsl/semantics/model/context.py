@@ -114,7 +114,7 @@ class Evaluator:
         return next((name for name, names in self.run.imported.items() if names is self.home), "")
 
     def within(self, scopes: tuple[Mapping[str, Value], ...]) -> "Evaluator":
-        """The same place with these scopes alone."""
+        """Return the evaluator with these scopes alone."""
         return self._changed(scopes, self.moment)
 
     def find(self, name: str) -> Value:
@@ -130,14 +130,17 @@ class Evaluator:
         return replace(self.inside(frame), frame=frame)
 
     def inside(self, names: Mapping[str, Value]) -> "Evaluator":
-        """The same place with more names."""
+        """Return the evaluator with more names."""
         return self._changed((names, *self.scopes), self.moment)
 
     def at_moment(self, moment: Moment) -> "Evaluator":
         return self._changed(self.scopes, moment)
 
     def _changed(self, scopes: tuple[Mapping[str, Value], ...], moment: Moment) -> "Evaluator":
-        """The same place but for these. A file makes ten thousands, and `replace` takes more than twice as long."""
+        """Return a copy with other scopes and moment.
+
+        A file makes ten thousands of them, and `replace` takes more than twice as long.
+        """
         return Evaluator(self.run, self.handlers, scopes, moment, self.home, self.frame, self.observe)
 
     def evaluate(self, node: nodes.Expression) -> Value:

@@ -166,7 +166,7 @@ class FileContext:
         return self._gene_numbers[name]
 
     def _genes_since(self, count: int) -> list[tuple[str, ir.GeneInfo]]:
-        """Those that came after the first `count`, in their order; it takes no look at these."""
+        """Return the genes after the first `count`, in order, without visiting earlier ones."""
         return list(islice(reversed(self.genes.items()), len(self.genes) - count))[::-1]
 
     def gene_bounds(self) -> dict[int, Interval]:

@@ -120,7 +120,7 @@ def kind_name(value: Value) -> str:
 
 
 def option_name(value: Value) -> str:
-    """How one option of a choice is shown to people."""
+    """Return the name of an option of a choice for users."""
     if isinstance(value, NAMED):
         return value.name
     if isinstance(value, str):

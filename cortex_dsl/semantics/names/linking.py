@@ -172,7 +172,7 @@ def _dotted(path: str) -> str:
 
 
 def shifted(tree: Tree, by: int) -> Tree:
-    """The same tree, `by` characters further on."""
+    """Return the tree, moved by `by` characters."""
     if isinstance(tree, Span):
         return cast("Tree", Span(tree.start + by, tree.end + by))
     if isinstance(tree, tuple):
@@ -241,7 +241,7 @@ def _expression(option: Source, name: str) -> nodes.Expression:
 
 
 def moved(tree: Tree, span: Span) -> Tree:
-    """The same tree with every span replaced."""
+    """Return the tree with every span replaced."""
     if isinstance(tree, tuple):
         return cast("Tree", tuple(moved(item, span) for item in tree))
     if not isinstance(tree, nodes.Node):

@@ -185,7 +185,10 @@ class Algebra:
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
     def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
-        """Until two touch at their velocities [s], or the least over all (-1); with a reach, of those noticed in it."""
+        """Return the time until two outlines touch at their velocities [s], or the least over all (-1).
+
+        With a reach, only noticed actors within it count.
+        """
         noticed = () if reach is None else (reach,)
         return self.apply(Op.TTC, *noticed, immediates=(actor, other) + (1,) * len(noticed))
 

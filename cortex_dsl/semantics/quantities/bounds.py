@@ -70,16 +70,16 @@ def changes(part: ir.Expr) -> bool:
 Result = TypeVar("Result")
 
 
-def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
-    """Fold an expression bottom-up: `worth` maps a part and its operands' results to a result; shared parts once."""
+def folded(expression: ir.Expr, value_of: Callable[[ir.Expr, list[Result]], Result]) -> Result:
+    """Fold an expression bottom-up: `value_of` maps a part and its operands' results to a result; shared parts once."""
     known: dict[ir.Expr, Result] = {}
     for part in parts(expression):
-        known[part] = worth(part, [known[operand] for operand in operands(part)])
+        known[part] = value_of(part, [known[operand] for operand in operands(part)])
     return known[expression]
 
 
 CLOSED: Mapping[Op, Callable[..., float]] = {op: row.value for op, row in OPERATORS.items()}
-"""Values of constant expressions, for checks and indices; never written into the program."""
+"""Values of operations on constants, for checks and indices; never written into the program."""
 
 Numbers = Mapping[int, float]
 NOTHING: Numbers = {}
@@ -96,7 +96,7 @@ def closed_value(
     `genes` (SI) and `draws` are known values, by index.
     """
 
-    def worth(part: ir.Expr, values: list[float | None]) -> float | None:
+    def known_value(part: ir.Expr, values: list[float | None]) -> float | None:
         known = [value for value in values if value is not None]
         match part:
             case ir.Literal(value=value):
@@ -112,7 +112,7 @@ def closed_value(
                     return math.nan
         return None
 
-    return expression.value if isinstance(expression, ir.Literal) else folded(expression, worth)
+    return expression.value if isinstance(expression, ir.Literal) else folded(expression, known_value)
 
 
 # -- intervals ---------------------------------------------------------------------------------------------------------

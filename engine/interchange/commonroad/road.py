@@ -11,7 +11,7 @@ from engine.interchange.commonroad.lanelets import Beside, Lanelet, lanelets
 from engine.interchange.recording import ARMS, SignalTimes
 from engine.interchange.xml_writing import Element, child, decimal
 from engine.road.lights import lit_arms
-from engine.road.network import Intersection, LaneRole, Leg, Network
+from engine.road.network import Arm, Intersection, LaneRole, Network
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -80,7 +80,7 @@ class Ids:
         return self.light(len(self.network.intersections), 0) + index
 
 
-def arms_of(intersection: Intersection) -> Mapping[int, Leg]:
+def arms_of(intersection: Intersection) -> Mapping[int, Arm]:
     """Return the arms with incoming lanes, by number: clockwise, on a grid from the north; a T has no arm of one
     number.
     """
@@ -221,7 +221,7 @@ def cycle(signals: SignalTimes, phase: int, step: float) -> Cycle:
     return Cycle(tuple(colours), round(begin / step) % max(whole[-1], 1), moved < 1e-6)
 
 
-def _add_light(root: Element, number: int, leg: Leg, shown: Cycle) -> None:
+def _add_light(root: Element, number: int, leg: Arm, shown: Cycle) -> None:
     light = child(root, "trafficLight", id=number)
     plan = child(light, "cycle")
     for colour, duration in shown.colours:
@@ -235,7 +235,7 @@ def _add_light(root: Element, number: int, leg: Leg, shown: Cycle) -> None:
     add_text(light, "active", "true")
 
 
-def _kerb_side(leg: Leg) -> tuple[float, float]:
+def _kerb_side(leg: Arm) -> tuple[float, float]:
     """Return the end of an arm's stop line at the kerb [m]."""
     lane = leg.incoming_lanes[0]
     pose = lane.network.paths.pose(lane.path, lane.length)
