@@ -96,7 +96,7 @@ class Operator:
         return self.scalar.__code__.co_argcount
 
     def value(self, *operands: float) -> float:
-        """Return what the kernel computes: infinities and NaN where Python raises."""
+        """Return the result of the kernel: infinities and NaN where Python raises."""
         try:
             return float(self.scalar(*operands))
         except (ArithmeticError, TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""What the result of an operator says about its operands: backward narrowing, over many boxes at once.
+"""Backward narrowing of operands by the result of an operator, over many boxes at once.
 
 Each function takes the interval that a result must lie in and the operands' intervals, and gives narrower ends for each
 operand. It is only asked about results that are numbers in every attempt that may still pass.

@@ -96,7 +96,7 @@ DEEP_BY_BRANCHES = (
     "each `elif` is nested in the `else` of the one before it",
     "split the cases first, `if x < 30: … else: …`, and put the finer `if` inside each; or compute the result directly",
 )
-"""What is counted, the reason and the cure."""
+"""Addition to the message, reason and cure."""
 TOO_DEEP_BODIES = Problem(
     "SCN614",
     "this block is nested more than {limit} blocks deep{counted}",
