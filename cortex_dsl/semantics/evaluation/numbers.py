@@ -210,7 +210,7 @@ def sides(left: tuple[Span, Value], right: tuple[Span, Value]) -> Iterator[None]
 
 
 def combined(op: Op, left: Quantity, right: Quantity, span: Span) -> Quantity:
-    """Return what an operator of arithmetic makes of two numbers."""
+    """Return the result of an arithmetic operator on two numbers."""
     row = OPERATORS[op]
     assert isinstance(row.spelling, Infix)
     assert row.spelling.rule is not None
