@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console, Group, RenderableType
 
-from cortex_dsl.api.arguments import Held
+from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.readable import KM_H, name_of
 from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -448,7 +448,7 @@ def test_a_contact_that_is_no_failure_of_the_ego_says_so(program: Program, colli
 
 def test_held_params_stay_in_the_table(run: RunReport) -> None:
     """With their unit, and marked."""
-    held = (Held("TRUCK_SPEED", 200.0, "km/h"), Held("LANE", "network.lanes[0]"))
+    held = (FixedParam("TRUCK_SPEED", 200.0, "km/h"), FixedParam("LANE", "network.lanes[0]"))
     words = " ".join(render(run_view(replace(run, held=held), 80), 80).split())
     assert "TRUCK_SPEED 200 km/h held" in words
     assert "LANE network.lanes[0] held" in words
