@@ -25,6 +25,7 @@ def test_kernels_import_nothing_but_numbers() -> None:
         "engine.handles",
         "engine.named_results",
         "engine.opcodes",
+        "engine.operators",
         "engine.outcomes",
         "engine.tables",
         "engine.user_cache",

@@ -37,6 +37,7 @@ _TIME = r"(?:\d+ h )?(?:\d+ min )?[\d.,]+ (?:m?s|min|h)"
 DURATIONS = re.compile(
     rf"in {_TIME}, [\d.,]+ a second|[\d.,]+ simulations a second +{_TIME} left|{_TIME} of work"
     rf"|(?<=It took ){_TIME}"
+    r"|(?<=name=\"checksum\" content=\")[0-9a-f]+"  # it covers durations
     r"|(?<=, )[\d.,e-]+ (?:a|per) second"
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?\"?[\d.e+-]+\"?"
     r"|\"engine\": ?\"[0-9a-f]{16}\""

@@ -94,8 +94,8 @@ class Yield:
 
     @property
     def share(self) -> float:
-        """Avoidable, of valid simulations: (n + 1) / (N + 2), Laplace's rule of succession."""
-        return (self.avoidable + 1) / (self.valid + 2)
+        """Avoidable collisions per valid simulation; NaN without a valid simulation."""
+        return self.avoidable / self.valid if self.valid else math.nan
 
     @property
     def rate(self) -> float:
@@ -125,7 +125,7 @@ def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:
         if each.valid:
             yield (
                 f"{each.method}: {each.avoidable:,} avoidable of {counted(each.colliding, 'collision')} in "
-                f"{each.valid:,} valid simulations; avoidable {percent(each.avoidable / each.valid, 2)} of these, "
+                f"{each.valid:,} valid simulations; avoidable {percent(each.share, 2)} of these, "
                 f"{pace_text(each.rate)} per second"
             )
 

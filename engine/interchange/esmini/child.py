@@ -69,8 +69,8 @@ def started(library: Any, job: dict[str, Any]) -> bool:
 def record(library: Any, job: dict[str, Any]) -> dict[str, Any]:
     """Step evenly until the scenario stops, and record the actors.
 
-    Per actor: time, name, centre of the outline, heading, speed, length, width, type and category. Ghosts, which esmini
-    uses to look ahead, are omitted.
+    Per actor: time, name, centre of the outline, heading, height, speed, length, width, type and category. Ghosts,
+    which esmini uses to look ahead, are omitted.
     """
     if not started(library, job):
         return {"refused": True}
@@ -82,7 +82,7 @@ def record(library: Any, job: dict[str, Any]) -> dict[str, Any]:
             name, state = os.fsdecode(library.SE_GetObjectName(number) or b""), _state(library, number)
             if state is not None and not name.endswith("_ghost"):
                 body = [state.speed, state.length, state.width, state.kind, state.category]
-                rows.append([count * job["step"], name, *_middle(state), *body])
+                rows.append([count * job["step"], name, *_middle(state), state.z, *body])
         library.SE_StepDT(job["step"])
         count += 1
         ended = library.SE_GetQuitFlag() != 0

@@ -43,8 +43,8 @@ def play_and_record(library: Path, path: Path, step: float | None = None) -> Tra
 
 
 def _rows(rows: list[list[Any]]) -> Iterator[Row]:
-    for number, (time, name, x, y, heading, speed, length, width, kind, category) in enumerate(rows, 1):
-        pose = {"time": time, "actor": name, "x": x, "y": y, "heading": heading, "speed": speed}
+    for number, (time, name, x, y, heading, z, speed, length, width, kind, category) in enumerate(rows, 1):
+        pose = {"time": time, "actor": name, "x": x, "y": y, "z": z, "heading": heading, "speed": speed}
         yield number, {**pose, "length": length, "width": width, "type": _kind(kind, category).name.lower()}
 
 

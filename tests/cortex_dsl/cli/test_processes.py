@@ -61,7 +61,7 @@ def test_ctrl_c_keeps_what_there_is(command_server: ForkServer, left_turn: Path,
 ASKED = """
 import os, signal, sys
 import numpy as np
-from cortex_dsl.__main__ import _hear_stops
+from cortex_dsl.__main__ import _install_signal_handlers
 
 class Asked(type):
     heard = False
@@ -74,7 +74,7 @@ class Asked(type):
 class Operand(metaclass=Asked):
     pass
 
-_hear_stops()
+_install_signal_handlers()
 try:
     for _ in range(100_000):
         np.arange(3) == Operand()

@@ -136,14 +136,14 @@ def test_nested_until_ends_only_the_inner_one(car, hand, trace) -> None:
     assert trace(car, 6) == [1, 2, 7, 8, 50, 50]
 
 
-def test_nan_is_not_true(car, hand, trace) -> None:
-    """A condition that is NaN does not hold."""
+def test_a_condition_that_is_nan_ends_the_run(car, hand, trace) -> None:
+    """A condition that is NaN neither holds nor fails: the run ends as an error."""
     car.emit(Op.SQRT, hand.temporary(0), hand.literal(-1))
     car.emit(Op.JUMP_UNLESS, 0, hand.temporary(0), "no")
     speeds(car, hand, 1)(0)
     car.label("no")
     speeds(car, hand, 2)(0)
-    assert trace(car, 1) == [2]
+    assert trace(car, 1) == []
 
 
 def test_locals_last_and_start_at_zero(car, hand, trace) -> None:

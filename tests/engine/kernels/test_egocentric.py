@@ -54,7 +54,7 @@ def test_of_a_body_that_slides_the_velocity_is_that_of_its_centre() -> None:
     environment.reset(seed=1)
     columns = [names.index(f"nearest 2: {name}") for name in ("x", "vx", "y", "vy")]
     seen = np.array([environment.step([[0.0, 1.0, 0.0]]).observations[0, columns] for _ in range(28)])[-8:]
-    assert (environment.episodes.lanes.states[0, 1:, State.PRESENT] == SLIDING).all()
+    assert (environment.episodes.runs.states[0, 1:, State.PRESENT] == SLIDING).all()
     for place, rate in (seen[:, :2].T, seen[:, 2:].T):
         np.testing.assert_allclose(np.diff(place) / TIME_STEP, 0.5 * (rate[1:] + rate[:-1]), atol=0.02)
     assert seen[0, 1] > 7.0

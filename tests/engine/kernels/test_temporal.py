@@ -13,29 +13,34 @@ from engine.vocabulary import TemporalOp
 
 ATOMS = 3
 Row = tuple[TemporalOp, int, int]
+UNKNOWN = 0.5
+"""Truth of a formula that depends on a NaN."""
 
 UNARY = (TemporalOp.NOT, TemporalOp.NEXT, TemporalOp.ALWAYS, TemporalOp.EVENTUALLY)
 BINARY = (TemporalOp.AND, TemporalOp.OR, TemporalOp.IMPLIES, TemporalOp.UNTIL)
 
 
-def holds(rows: list[Row], row: int, trace: np.ndarray, k: int) -> bool:
-    """The definition: a formula at sample k of a finite trace, by what it says about samples k, k + 1, …"""
+def holds(rows: list[Row], row: int, trace: np.ndarray, k: int) -> float:
+    """Return the truth of a formula at sample k of a finite trace: 1, 0, or UNKNOWN where it depends on a NaN.
+
+    Kleene (1952), "Introduction to Metamathematics", section 64: minimum, maximum and complement.
+    """
     op, a, b = rows[row]
     later = range(k, len(trace))
 
-    def at(operand: int) -> Callable[[int], bool]:
+    def at(operand: int) -> Callable[[int], float]:
         return lambda sample: holds(rows, operand, trace, sample)
 
     return {
-        TemporalOp.ATOM: lambda: abs(trace[k, a]) > 0.0,
-        TemporalOp.NOT: lambda: not at(a)(k),
-        TemporalOp.AND: lambda: at(a)(k) and at(b)(k),
-        TemporalOp.OR: lambda: at(a)(k) or at(b)(k),
-        TemporalOp.IMPLIES: lambda: at(b)(k) if at(a)(k) else True,
-        TemporalOp.NEXT: lambda: k + 1 < len(trace) and at(a)(k + 1),
-        TemporalOp.ALWAYS: lambda: all(map(at(a), later)),
-        TemporalOp.EVENTUALLY: lambda: any(map(at(a), later)),
-        TemporalOp.UNTIL: lambda: any(at(b)(j) and all(map(at(a), range(k, j))) for j in later),
+        TemporalOp.ATOM: lambda: UNKNOWN if math.isnan(trace[k, a]) else float(trace[k, a] != 0.0),
+        TemporalOp.NOT: lambda: 1.0 - at(a)(k),
+        TemporalOp.AND: lambda: min(at(a)(k), at(b)(k)),
+        TemporalOp.OR: lambda: max(at(a)(k), at(b)(k)),
+        TemporalOp.IMPLIES: lambda: max(1.0 - at(a)(k), at(b)(k)),
+        TemporalOp.NEXT: lambda: at(a)(k + 1) if k + 1 < len(trace) else 0.0,
+        TemporalOp.ALWAYS: lambda: min(map(at(a), later)),
+        TemporalOp.EVENTUALLY: lambda: max(map(at(a), later)),
+        TemporalOp.UNTIL: lambda: max(min([at(b)(j), *map(at(a), range(k, j))]) for j in later),
     }[op]()
 
 
@@ -65,7 +70,7 @@ def judge(rows: list[Row], roots: list[int], trace: np.ndarray) -> tuple[int, in
 def test_a_formula_means_what_its_definition_says(rows: list[Row], trace: np.ndarray) -> None:
     """One backward pass finds the same as asking every sample anew."""
     broken, _ = judge(rows, [len(rows) - 1], trace)
-    assert (broken < 0) == holds(rows, len(rows) - 1, trace, 0)
+    assert {-1: 1.0, 0: 0.0, -2: UNKNOWN}[broken] == holds(rows, len(rows) - 1, trace, 0)
 
 
 @given(formulas(), TRACES)
@@ -75,7 +80,7 @@ def test_always_is_decided_where_it_breaks_first_and_all_else_at_the_end(rows: l
     broken, sample = judge(rows, [root], trace)
     if broken == 0:
         op, a, _ = rows[root]
-        falls = [k for k in range(len(trace)) if not holds(rows, a, trace, k)] if op == TemporalOp.ALWAYS else []
+        falls = [k for k in range(len(trace)) if holds(rows, a, trace, k) == 0.0] if op == TemporalOp.ALWAYS else []
         assert sample == (falls[0] if op == TemporalOp.ALWAYS else len(trace) - 1)
 
 
@@ -164,16 +169,16 @@ def test_robustness_means_what_its_definition_says(rows: list[Row], trace: np.nd
 def test_the_sign_of_robustness_is_the_verdict(rows: list[Row], trace: np.ndarray) -> None:
     """Above 0 a formula holds, below 0 it does not; at 0 the verdict of its truths decides."""
     number, truth = worth(rows, trace, MARGIN)[-1], worth(rows, trace, TRUTH)[-1]
-    assert (truth > 0.0) == holds(rows, len(rows) - 1, trace, 0)
+    assert (truth > 0.0) == (holds(rows, len(rows) - 1, trace, 0) == 1.0)
     assert number == 0.0 or (number > 0.0) == (truth > 0.0)
 
 
 @given(judged_formulas(), SIGNALS, st.integers(0, ATOMS - 1))
 def test_what_is_no_number_stays_none(rows: list[Row], trace: np.ndarray, atom: int) -> None:
-    """NaN in an atom that a formula looks at makes the formula NaN, whatever else it holds."""
+    """NaN in an atom that a formula reads makes its margin NaN, unless an infinite margin decides it."""
     trace[:, ATOMS + atom] = math.nan
     for row, number in enumerate(worth(rows, trace, MARGIN)):
-        assert math.isnan(number) == reads(rows, row, atom, len(trace))
+        assert math.isnan(number) == (reads(rows, row, atom, len(trace)) and not math.isinf(number))
 
 
 def reads(rows: list[Row], row: int, atom: int, samples: int) -> bool:

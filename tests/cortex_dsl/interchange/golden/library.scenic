@@ -3,7 +3,7 @@
 # scenario: library.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: a61a56381e9c9537fb01eb4d26a89aee
+# digest: 1afbb8461927f52fb3e85c39c543cba6
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #

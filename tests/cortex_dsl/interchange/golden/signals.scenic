@@ -3,7 +3,7 @@
 # scenario: signals.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 5b38bfda874d317a106fbbc066c0ff25
+# digest: b5647bd5f16c8a52d111f3af0d3308ea
 # risk: 6 of 22 (C 0, MD 4, D_MS 0, TTC_MS 2; profile paper)
 # version: cortexc 0.2.0
 #

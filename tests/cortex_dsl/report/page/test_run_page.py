@@ -172,7 +172,7 @@ def test_command_writes_the_page(folder: Path, tmp_path: Path, capsys: pytest.Ca
         (["replay", "nowhere"], "there is no"),
         (["replay", "nowhere.scn"], "there is no file"),
         (["replay", "x", "--to", "x.mov"], "a film or a picture"),
-        (["replay", "x.scn", "--case", "2"], "--case names a case of a run"),
+        (["replay", "x.scn", "--case", "2"], "--case has no effect on a scenario, which has no cases"),
         (["replay", "x", "--speed", "0"], "must be a factor"),
     ],
 )
