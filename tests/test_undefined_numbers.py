@@ -7,6 +7,7 @@ The compiler, the kernels of scenes and of runs, and the intervals that prove an
 import math
 from collections.abc import Callable
 from functools import reduce
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,8 +31,8 @@ from tests.laws import examples
 
 VALUES = (-2.0, -1.0, -0.25, 0.0, 0.5, 1.0, 3.0)
 """Of the param A, whose range they span."""
-Tree = tuple[object, ...]
-FUNCTIONS: dict[str, Callable[..., float]] = {
+Tree = tuple[Any, ...]
+FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sqrt": math.sqrt,
     "log": math.log,
     "asin": math.asin,
