@@ -204,8 +204,12 @@ def _beyond(program: Program, gene: int, value: float, *, above: bool) -> Callab
 
 FAMILY = "proof-*.json"
 _ENGINE = Path(__file__).parents[1]
-CODE = (Path(__file__).parent, *(_ENGINE / folder for folder in ("operators", "road", "road/opendrive", "opendrive")))
-"""Folders of the code that determines proofs."""
+CODE = (
+    Path(__file__).parent,
+    *(_ENGINE / folder for folder in ("operators", "road", "road/opendrive", "opendrive")),
+    *(_ENGINE / name for name in ("kernels/scalars.py", "opcodes.py", "portable.py")),
+)
+"""Files, and folders of files, that determine proofs."""
 
 
 def remembered(program: Program) -> Feasibility:

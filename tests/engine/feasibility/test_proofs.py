@@ -1,5 +1,7 @@
 """Proofs that are kept: the same as fresh ones, of the same program only, and never in the way."""
 
+import ast
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
@@ -8,9 +10,13 @@ import pytest
 
 from cortex_dsl import compile_text
 from engine.feasibility import Feasibility, explain, remembered
+from engine.feasibility.explanation import CODE
 from engine.program import Program
 from engine.user_cache import ENVIRONMENT_VARIABLE
 
+ROOT = Path(__file__).parents[3]
+DATA = {"atomic", "frozen", "program", "scenes", "tables", "user_cache", "vocabulary"}
+"""Modules of `engine` that define the parts of a program, whose digest is in the key, or that store the proof."""
 HEAD = "map intersection(ways=4, lanes=1, approach=50 m)\n"
 CUT = HEAD + "param X = Range(0, 10)\nego = new Car on road\nrequire X < 4\n"
 IMPOSSIBLE = HEAD + "param X = Range(0, 10)\nego = new Car on road\nrequire X > 6\nrequire X < 5\n"
@@ -75,3 +81,20 @@ def test_without_a_cache_it_is_proved_each_time(cache: Path, monkeypatch: pytest
     monkeypatch.setenv("HOME", str(cache / "home"))
     program = compile_text(CUT).program
     assert same(remembered(program), explain(program))
+
+
+def imported(file: Path) -> Iterator[Path]:
+    """Yield the files of `engine` from which a module imports."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module is not None and node.module.startswith("engine"):
+            package = ROOT.joinpath(*node.module.split("."))
+            modules = (package / f"{each.name}.py" for each in node.names)
+            yield from [each for each in modules if each.exists()] or [package.with_suffix(".py")]
+
+
+def test_the_key_contains_all_code_that_determines_a_proof() -> None:
+    """Otherwise a proof of an earlier version would answer for this one."""
+    files = [file for folder in CODE[:2] for file in folder.glob("*.py")]
+    assert {folder.name for folder in CODE[:2]} == {"feasibility", "operators"}
+    needed = {each for file in files for each in imported(file) if each.exists() and each.stem not in DATA}
+    assert {each.relative_to(ROOT).as_posix() for each in needed if not {each, each.parent} & {*CODE}} == set()
