@@ -12,7 +12,8 @@ class Op(IntEnum):
     """Instructions. A row of code is `(op, dst, a, b, c, d)`; operands are register numbers unless stated otherwise.
 
     Three families: arithmetic and geometry (used by scene code and by behaviour code), reads of the running simulation
-    (behaviour code only), control flow (behaviour code only). Truth is 1.0 / 0.0.
+    (behaviour code only), control flow (behaviour code only). A truth is 1.0, 0.0, or NaN if
+    it depends on a NaN.
     """
 
     # -- arithmetic: dst <- f(a, b, c)

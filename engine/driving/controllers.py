@@ -3,7 +3,7 @@
 A controller is a function of observations (n, d) to actions (n, a), or an object with a memory:
 
     reset(lanes, keys)               new scenes begin in these slots (m,); `keys` (m, 6) are their stream keys
-    act(observations, active)        actions (n, a); rows of lanes that are not `active` (n,) are ignored
+    act(observations, active)        actions (n, a); rows of slots that are not `active` (n,) are ignored
     meet(header)                     optional, called first: the header of the questions, as a process receives it
                                      (`engine.driving.stacks`)
 
@@ -235,15 +235,15 @@ def _place(error: BaseException) -> str:
 
 
 def checked(control: Control, given: object, active: Bools, times: Floats) -> Floats:
-    """Return actions (n, a) as numbers, if they can be driven where a lane is active.
+    """Return actions (n, a) as numbers, if those of the active slots can be driven.
 
     Raises:
         ControllerError: another shape, no numbers, NaN, or out of range: which, where and when.
     """
     actions, wrong = settled(control, shaped(control, given, active), active)
     if wrong is not None:
-        lane = int(np.flatnonzero(wrong)[0])
-        raise fault_of(control, actions[lane]).at(f"in lane {lane} at {times[lane]:.2f} s")
+        slot = int(np.flatnonzero(wrong)[0])
+        raise fault_of(control, actions[slot]).at(f"in slot {slot} at {times[slot]:.2f} s")
     return actions
 
 
@@ -308,7 +308,7 @@ def _ranges(control: Control) -> tuple[Floats, Floats]:
 
 def _wanted(control: Control) -> str:
     columns = ", ".join(f"{a.name} [{a.unit or '1'}, {a.low:g} .. {a.high:g}]" for a in control.actions)
-    return f"give an array (n, {len(control.actions)}) with a row a lane: {columns}"
+    return f"give an array (n, {len(control.actions)}) with one row per slot: {columns}"
 
 
 def seats_of(program: Program, driver: object) -> tuple[ControllerSlot, ...]:

@@ -211,7 +211,7 @@ class Episodes:
         """Return the value of the search's objective of the runs that have just ended; 0 for invalid and unfinished
         runs.
         """
-        formula_values, rows = np.zeros(len(self)), np.flatnonzero(self._ended)
+        found, rows = np.zeros(len(self)), np.flatnonzero(self._ended)
         if len(rows):
             assert self._scenes is not None
             ended = self.runs.outcomes(rows)
@@ -221,8 +221,8 @@ class Episodes:
                 scenes = replace(take(self._scenes, rows), actions=self.runs.decided(rows))
                 risk = assess(ended, self._profile)
                 value = self._objective.value(Runs(self.program, self.config, scenes, ended, risk))
-            formula_values[rows] = np.where((ended.verdict == Verdict.VALID) & np.isfinite(value), value, 0.0)
-        return formula_values
+            found[rows] = np.where((ended.verdict == Verdict.VALID) & np.isfinite(value), value, 0.0)
+        return found
 
 
 def _parallel_runs(program: Program, n: int, config: Config, records: bool) -> ParallelRuns:

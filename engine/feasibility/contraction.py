@@ -25,7 +25,7 @@ from engine.tables import Floats, Ints
 TRUTHS = frozenset(
     {op for op, row in OPERATORS.items() if row.is_truth} | {Op.REGION_CONTAINS, Op.REGION_CONTAINS_BOX, Op.CAN_SEE}
 )
-"""Instructions with the results 1 and 0 only."""
+"""Instructions with the result 1, 0 or NaN."""
 
 # -- boxes -------------------------------------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ A chain of comparisons becomes the same machine code, but numba types and lowers
 takes a second longer to compile.
 """
 
-# Nothing that numba keeps to itself has types.
+# Private parts of numba have no types.
 # pyright: reportUnknownArgumentType=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 
 import math

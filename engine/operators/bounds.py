@@ -1,8 +1,8 @@
 """Intervals of the compiler: pairs of floats between which an operator's result lies, and the domains of operators.
 
 `engine.operators.intervals` has the same on arrays, with an account of NaN, for thousands of boxes at once. The
-compiler evaluates an expression once or twice, where one such array would cost more than the whole result. A test
-compares both.
+compiler evaluates an expression once or twice, where one such array would cost more than the whole result. Tests
+compare each of them with the values of the operators.
 """
 
 import math

@@ -26,7 +26,6 @@ RELATIVE = 1e-13
 """Slack of functions that are not correctly rounded: hundreds of times their error."""
 NEAR_POLE = 1e-9
 """Distance from a jump or pole of a periodic function within which its branch is unknown [rad]."""
-FULL_TURN = 2.0 * math.pi
 
 
 class Interval(NamedTuple):
@@ -272,9 +271,9 @@ def wrapped(a: Interval) -> Interval:
     known = ~infinite(a) & (np.abs(a.low) < 1e6) & (np.abs(a.high) < 1e6)
     low, high = np.where(known, a.low, 0.0), np.where(known, a.high, 0.0)
     inside = known & (low >= -math.pi) & (high < math.pi)
-    turn = np.floor((low - NEAR_POLE + math.pi) / FULL_TURN)
-    same = known & (turn == np.floor((high + NEAR_POLE + math.pi) / FULL_TURN)) & ~inside
-    moved = low - FULL_TURN * turn - NEAR_POLE, high - FULL_TURN * turn + NEAR_POLE
+    turn = np.floor((low - NEAR_POLE + math.pi) / scalars.FULL_TURN)
+    same = known & (turn == np.floor((high + NEAR_POLE + math.pi) / scalars.FULL_TURN)) & ~inside
+    moved = low - scalars.FULL_TURN * turn - NEAR_POLE, high - scalars.FULL_TURN * turn + NEAR_POLE
     return Interval(
         np.where(inside, low, np.where(same, moved[0], -math.pi)),
         np.where(inside, high, np.where(same, moved[1], math.pi)),

@@ -148,8 +148,8 @@ def shifted(down: float, up: float) -> Backward:
 
 
 def order(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
-    """Return the bounds for less, or less or equal; reversed where it surely fails and neither operand is NaN."""
-    holds, fails = z.low > 0.0, (z.high == 0.0) & ~a.undefined & ~b.undefined
+    """Return the bounds for less, or less or equal; reversed where it surely fails."""
+    holds, fails = z.low > 0.0, z.high == 0.0
     low, high = np.full(len(z.low), -np.inf), np.full(len(z.low), np.inf)
     return (
         (np.where(fails, b.low, low), np.where(holds, b.high, high)),

@@ -174,7 +174,7 @@ def test_what_is_asked_of_an_environment_is_checked(scenario: cx.Scenario) -> No
         environment.step(np.zeros((2, 3), dtype=complex))
     with pytest.raises(cx.CortexError, match="seed: expected a whole number, got None"):
         environment.reset(seed=None)  # type: ignore[arg-type]
-    with pytest.raises(ControllerError, match="throttle = nan, in lane 1 at 0"):
+    with pytest.raises(ControllerError, match="throttle = nan, in slot 1 at 0"):
         environment.step(np.ma.masked_array(np.zeros((2, 3)), [[False] * 3, [True, False, False]]))
     with pytest.raises(cx.CortexError, match="seed: expected 0 or more, got -1"):
         environment.reset(seed=-1)
