@@ -100,14 +100,14 @@ def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road
         registers[dst] = math.nan if math.isnan(registers[b]) or math.isnan(registers[c]) else distance
     elif op == Op.PATH_LENGTH or op == Op.PATH_DISTANCE or op == Op.PATH_PROJECT:
         path_instruction(op, dst, a, b, c, registers, road)
-    elif op == Op.REGION_CONTAINS or op == Op.REGION_SAMPLE:
+    elif op == Op.REGION_CONTAINS or op == Op.REGION_DEPTH or op == Op.REGION_SAMPLE:
         place_instruction(op, dst, a, b, c, registers, road)
     elif op == Op.CAN_SEE:
         sight_instruction(dst, a, b, c, registers, road)
     elif op == Op.LANE_ROUTE or op == Op.LANE_NEAREST or op == Op.ROAD_HEADING or op == Op.ROAD_FOLLOW:
         lane_instruction(op, dst, a, b, c, registers, road)
     else:
-        outline_instruction(op, dst, a, b, c, registers, road)
+        outline_instruction(op, dst, a, b, registers, road)
 
 
 @deferred()
@@ -126,27 +126,23 @@ def path_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Float
 
 @deferred()
 def place_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """Execute `Op.REGION_SAMPLE` or `REGION_CONTAINS`: points and regions."""
+    """Execute `Op.REGION_SAMPLE`, `REGION_DEPTH` or `REGION_CONTAINS`: points and regions."""
     region, y, z = int(registers[a]), registers[b], registers[c]
     if op == Op.REGION_SAMPLE:
         registers[dst], registers[dst + 1] = region_sample(road, region, y, z)
     elif math.isnan(y) or math.isnan(z):
         registers[dst] = math.nan
+    elif op == Op.REGION_DEPTH:
+        registers[dst] = region_depth(road, region, y, z)
     else:
         registers[dst] = 1.0 if region_contains(road, region, y, z) else 0.0
 
 
 @deferred()
-def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """Execute `Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE`, `REGION_BOX_DEPTH` or `REGION_DEPTH`."""
-    if (
-        math.isnan(registers[b]) or math.isnan(registers[c])
-        if op == Op.REGION_DEPTH
-        else has_nan(registers, b, 5) or (op == Op.BOX_DISTANCE and has_nan(registers, a, 5))
-    ):
+def outline_instruction(op: int, dst: int, a: int, b: int, registers: Floats, road: RoadTables) -> None:
+    """Execute `Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE` or `REGION_BOX_DEPTH`."""
+    if has_nan(registers, b, 5) or (op == Op.BOX_DISTANCE and has_nan(registers, a, 5)):
         registers[dst] = math.nan
-    elif op == Op.REGION_DEPTH:
-        registers[dst] = region_depth(road, int(registers[a]), registers[b], registers[c])
     elif op == Op.REGION_BOX_DEPTH:
         registers[dst] = region_box_depth(road, int(registers[a]), _box(registers, b))
     elif op == Op.BOX_DISTANCE:
@@ -217,10 +213,10 @@ DEFERRED: dict[Op, Callable[..., None]] = {
     Op.PATH_PROJECT: path_instruction,
     Op.REGION_SAMPLE: place_instruction,
     Op.REGION_CONTAINS: place_instruction,
+    Op.REGION_DEPTH: place_instruction,
     Op.BOX_DISTANCE: outline_instruction,
     Op.REGION_CONTAINS_BOX: outline_instruction,
     Op.REGION_BOX_DISTANCE: outline_instruction,
-    Op.REGION_DEPTH: outline_instruction,
     Op.REGION_BOX_DEPTH: outline_instruction,
     Op.CAN_SEE: sight_instruction,
     Op.LANE_ROUTE: lane_instruction,

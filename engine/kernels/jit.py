@@ -130,11 +130,6 @@ def _finished(function: Function, options: dict[str, Any] | None = None) -> Func
 # -- where compiled kernels lie ----------------------------------------------------------------------------------------
 
 
-def kernels_are_cached() -> bool:
-    """Return True if kernels of this version and processor are compiled: if not, the first calls take long."""
-    return packaged() is not None or any(cache_folder().rglob("*.nbc"))
-
-
 @cache
 def packaged() -> PackagedKernels | None:
     """Return the kernels that came with the installation, if they are those of this version and run on this machine."""

@@ -223,7 +223,7 @@ class Run(NamedTuple):
     segments: Floats
     """(actors, len(MotionSegment)); no rows in parallel runs in which only the ego can be struck."""
     impacts: Floats
-    """(MAX_BLOWS, len(Blow)), of which `Status.IMPACTS` rows are filled."""
+    """(MAX_IMPACTS, len(ImpactRecord)), of which `Status.IMPACTS` rows are filled."""
     key: Ints
     """(6,) int64: `StreamKey` of the scene."""
     watched: Floats

@@ -5,7 +5,7 @@ Compiler, proofs, kernels, listing and exports loop over `OPERATORS` or look up 
 numba.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum, auto
 
 import numpy as np
@@ -102,7 +102,7 @@ class Operator:
         except (ArithmeticError, TypeError, ValueError):
             return self._value_of_floats(map(np.float64, operands))
 
-    def _value_of_floats(self, operands: "map[np.float64]") -> float:
+    def _value_of_floats(self, operands: Iterable[np.float64]) -> float:
         """Return the value by the arithmetic of IEEE 754, which numpy has and Python has not."""
         try:
             with np.errstate(all="ignore"):

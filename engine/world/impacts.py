@@ -180,23 +180,23 @@ def _impact(meeting: Meeting, masses: tuple[float, ...]) -> Impact:
 
 def impacts_among_others(run: Run) -> tuple[Impact, ...]:
     """Return the impacts before the ego's contact, as the kernels recorded them."""
-    return tuple(_of_blow(blow, len(run.actors)) for blow in run.impacts[: run.status[Status.IMPACTS]])
+    return tuple(_from_record(record, len(run.actors)) for record in run.impacts[: run.status[Status.IMPACTS]])
 
 
-def _of_blow(blow: Floats, actors: int) -> Impact:
+def _from_record(record: Floats, actors: int) -> Impact:
     one, other, point = (
-        int(blow[ImpactRecord.ONE]),
-        int(blow[ImpactRecord.OTHER]),
-        (float(blow[ImpactRecord.X]), float(blow[ImpactRecord.Y])),
+        int(record[ImpactRecord.ONE]),
+        int(record[ImpactRecord.OTHER]),
+        (float(record[ImpactRecord.X]), float(record[ImpactRecord.Y])),
     )
-    headings = float(blow[ImpactRecord.HEADING_ONE]), float(blow[ImpactRecord.HEADING_OTHER])
-    changes = blow[ImpactRecord.CHANGE_X_ONE : ImpactRecord.CHANGE_Y_OTHER + 1].reshape(2, 2)
-    velocities = blow[ImpactRecord.VX_ONE : ImpactRecord.VY_OTHER + 1].reshape(2, 2)
-    centers = blow[ImpactRecord.X_ONE : ImpactRecord.Y_OTHER + 1].reshape(2, 2)
+    headings = float(record[ImpactRecord.HEADING_ONE]), float(record[ImpactRecord.HEADING_OTHER])
+    changes = record[ImpactRecord.CHANGE_X_ONE : ImpactRecord.CHANGE_Y_OTHER + 1].reshape(2, 2)
+    velocities = record[ImpactRecord.VX_ONE : ImpactRecord.VY_OTHER + 1].reshape(2, 2)
+    centers = record[ImpactRecord.X_ONE : ImpactRecord.Y_OTHER + 1].reshape(2, 2)
     sides = [(float(x), float(y), heading) for (x, y), heading in zip(centers, headings, strict=True)]
     turned = [_wrap(math.atan2(y, x) - heading) for (x, y), heading in zip(changes, headings, strict=True)]
     return Impact(
-        time=float(blow[ImpactRecord.TIME]),
+        time=float(record[ImpactRecord.TIME]),
         actors=(one, other if other < actors else A_BUILDING),
         point=point,
         delta_v=(math.hypot(*changes[0]), math.hypot(*changes[1])),

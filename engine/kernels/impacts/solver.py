@@ -91,9 +91,9 @@ BODY, CONTACT, ROW = len(Body), len(Contact), len(Row)
 
 
 @inlined
-def is_fixed(said: float, mass: float) -> bool:
-    """Return True for a body that is declared fixed (`said` is not 0) or whose mass is not a positive number."""
-    return said != 0.0 or not 0.0 < mass < math.inf
+def is_fixed(declared: float, mass: float) -> bool:
+    """Return True for a body that is declared fixed (`declared` is not 0) or whose mass is not a positive number."""
+    return declared != 0.0 or not 0.0 < mass < math.inf
 
 
 # -- where two outlines touch ------------------------------------------------------------------------------------------
