@@ -213,7 +213,7 @@ def _findings(
     findings: dict[Finding, None] = {}
     for case, names in zip(cases, gathered.names, strict=True):
         for name in formats:
-            findings |= dict.fromkeys(FORMATS[name].checker(case, folder, names, how))
+            findings |= dict.fromkeys(FORMATS[name].load_checker()(case, folder, names, how))
     return list(findings)
 
 

@@ -1,9 +1,10 @@
 """The table of export formats for a case, and their writers and checkers.
 
-Each function imports its modules when it is called. A new format is a row and two functions; see CONTRIBUTING.md.
+Each function imports its modules when it is called: a writer, or the loader of a checker. A new format is a row and two
+functions; see CONTRIBUTING.md.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Protocol
@@ -57,8 +58,8 @@ class Format:
     """Instruction for opening the first file, which is `{file}`."""
     writer: Writer
     """Function that writes a case."""
-    checker: Checker
-    """Function that reads the written files back and compares them with the run."""
+    load_checker: Callable[[], Checker]
+    """Function that imports the checker, which reads the written files back and compares them with the run."""
     checked: str
     """Quantities that the checker compares; `{mode}`: the form of an OpenSCENARIO file."""
     of_recording: RecordingWriter | None = None
@@ -186,61 +187,49 @@ def _of_recording(write: RecordingWriter) -> Writer:
     return written
 
 
-# -- checkers: the files of one case, read back ------------------------------------------------------------------------
+# -- loaders of checkers: the files of one case, read back -------------------------------------------------------------
 
 
-def _check_xosc(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_xosc() -> Checker:
     from engine.interchange.openscenario.check import check_openscenario
 
-    return check_openscenario(case, folder, names, options)
+    return check_openscenario
 
 
-def _check_xodr(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_xodr() -> Checker:
     from engine.interchange.opendrive.check import check_opendrive
 
-    return check_opendrive(case, folder, names, options)
+    return check_opendrive
 
 
-def _check_commonroad(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_commonroad() -> Checker:
     from engine.interchange.commonroad.check import check_commonroad
 
-    return check_commonroad(case, folder, names, options)
+    return check_commonroad
 
 
-def _check_scenic(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_scenic() -> Checker:
     from cortex_dsl.interchange.scenic.write import check_scenic
 
-    return check_scenic(case, folder, names, options)
+    return check_scenic
 
 
-def _check_table(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_table() -> Checker:
     from engine.interchange.tables.read import check_table
 
-    return check_table(case, folder, names, options)
+    return check_table
 
 
-def _check_mcap(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_mcap() -> Checker:
     from engine.interchange.mcap.check import check_mcap
 
-    return check_mcap(case, folder, names, options)
+    return check_mcap
 
 
-def _check_scn(case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions") -> "Iterator[Finding]":
+def _check_scn() -> Checker:
     from cortex_dsl.interchange.scn import check_scn
 
-    return check_scn(case, folder, names, options)
+    return check_scn
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -256,7 +245,7 @@ FORMATS: Mapping[str, Format] = {
         readers="esmini, CARLA's ScenarioRunner, RoadRunner, dSPACE, Vector",
         opened="esmini --window 60 60 1000 600 --traj_filter 0 --osc {file}",
         writer=openscenario,
-        checker=_check_xosc,
+        load_checker=_check_xosc,
         checked="{mode}; the road's lanes",
     ),
     "xodr": Format(
@@ -265,7 +254,7 @@ FORMATS: Mapping[str, Format] = {
         readers="esmini, CARLA, SUMO's netconvert, Scenic",
         opened="odrviewer --window 60 60 1000 600 --odr {file}",
         writer=opendrive,
-        checker=_check_xodr,
+        load_checker=_check_xodr,
         checked="ids, links, and where the lanes lie",
         needs=_ROAD,
     ),
@@ -277,7 +266,7 @@ FORMATS: Mapping[str, Format] = {
         writer=_of_recording(commonroad),
         of_recording=commonroad,
         needs=_ROAD,
-        checker=_check_commonroad,
+        load_checker=_check_commonroad,
         checked="ids, references, the actors; motion is not read back",
     ),
     "scenic": Format(
@@ -286,7 +275,7 @@ FORMATS: Mapping[str, Format] = {
         readers="Scenic 3, and through it CARLA and MetaDrive",
         opened="scenic --2d {file}",
         writer=scenic,
-        checker=_check_scenic,
+        load_checker=_check_scenic,
         checked="the start of every actor; what follows is Scenic's own simulation",
         needs=_SCENARIO,
     ),
@@ -297,7 +286,7 @@ FORMATS: Mapping[str, Format] = {
         opened="cortexc measure {file}",
         writer=_of_recording(csv),
         of_recording=csv,
-        checker=_check_table,
+        load_checker=_check_table,
         checked=_MOTION,
     ),
     "parquet": Format(
@@ -307,7 +296,7 @@ FORMATS: Mapping[str, Format] = {
         opened="cortexc measure {file}",
         writer=parquet,
         of_recording=parquet_of_recording,
-        checker=_check_table,
+        load_checker=_check_table,
         checked=_MOTION,
         package="pyarrow",
         extra="export",
@@ -319,7 +308,7 @@ FORMATS: Mapping[str, Format] = {
         opened="open {file} in Foxglove or Lichtblick",
         writer=_of_recording(mcap),
         of_recording=mcap,
-        checker=_check_mcap,
+        load_checker=_check_mcap,
         checked="every message: actors, positions, headings, sizes, speeds, pedals",
         package="mcap",
         extra="export",
@@ -330,7 +319,7 @@ FORMATS: Mapping[str, Format] = {
         readers="cortexc",
         opened="cortexc {file}",
         writer=scn,
-        checker=_check_scn,
+        load_checker=_check_scn,
         checked="compiled and run again: every state and every metric, bit for bit",
     ),
 }
