@@ -371,7 +371,6 @@ def _with_param(earlier: dict[str, str] | None, pair: tuple[str, str]) -> dict[s
 HELP = Option("-h --help", "this page", name="help")
 JSON = Option("--json", "one JSON document on stdout, and nothing else there", default=False)
 NO_COLOUR = Option("--no-colour --no-color", "plain output", default=False)
-RUN = Option("run", "a run directory", "RUN", type=Path, nargs="?")
 JOBS = Option("--jobs", "threads; results never depend on it", "N", whole_number(1, 1024), default=cores())
 DASK = Option("--dask", "address of a Dask scheduler; `local` starts one for the search", "ADDRESS")
 PARAM = Option("-p --param", "fix a param", "NAME=VALUE", assignment, name="overrides", default={}, collect=_with_param)
@@ -445,6 +444,17 @@ AGGREGATE = Option(
     default=SearchRequest.aggregate,
     needs=("rollouts",),
 )
+
+
+def run_of(command: str) -> Option:
+    """Return the argument of a command that needs a run."""
+    cure = f"name the folder of one, such as `cortexc {command} {EXAMPLE_RUN}`"
+    return Option("run", "a run directory", "RUN", Path, nargs="?", missing=("no run given", cure))
+
+
+def excluded_by(condition: str | Condition, *rows: Option) -> tuple[Option, ...]:
+    """Return rows that have no effect under a condition, or with another option, either."""
+    return tuple(replace(row, excludes=(*row.excludes, condition)) for row in rows)
 
 
 def driver_words(ego: Egos | None, batch: int | None, observes: str | None) -> list[str]:
