@@ -61,11 +61,7 @@ why collisions are avoidable or not.""",
     options=(
         run_of("analyse"),
         Option(
-            "--budget",
-            "simulations to find which params matter; 0: none",
-            "N",
-            whole_number(0, 10**8),
-            default=BUDGET,
+            "--budget", "simulations to find which params matter; 0: none", "N", whole_number(0, 10**8), default=BUDGET
         ),
         JOBS,
         EGO,
@@ -171,13 +167,7 @@ PROBABILITY = Command(
         Option("--method", "mc, subset or importance", "NAME", choices=METHODS, default="mc"),
         Option("--condition", "params or joint, see below", "NAME", choices=CONDITIONS, default=PARAMS),
         Option("--of", "estimate how likely this `expect` of the file fails (a collision)", "NAME"),
-        Option(
-            "--samples",
-            "simulations; with subset: for each level",
-            "N",
-            whole_number(1, 10**8),
-            default=SAMPLES,
-        ),
+        Option("--samples", "simulations; with subset: for each level", "N", whole_number(1, 10**8), default=SAMPLES),
         *excluded_by(OF_RUN, PARAM, SCENARIO),
         SEED,
         JOBS,

@@ -217,12 +217,7 @@ OPTIONS = (
     run_or_scenario("export", "--to xosc"),
     replace(CASE, choice="case"),
     Option(
-        "--top",
-        "the worst N cases of the run",
-        "N",
-        whole_number(1, MOST_CASES),
-        choice="top",
-        excludes=(OF_SCENARIO,),
+        "--top", "the worst N cases of the run", "N", whole_number(1, MOST_CASES), choice="top", excludes=(OF_SCENARIO,)
     ),
     SEED_OF_SCENE,
     *excluded_by(OF_RUN, PARAM, replace(SCENARIO, help="the scenario to run, where the file has several"), *DRIVER),

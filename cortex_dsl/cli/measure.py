@@ -402,14 +402,7 @@ TABLES = (
 RANKING = (
     Option("--all", "judge every pair of actors that comes near each other, the worst first", default=False),
     Option("--near", "with --all: the largest distance of a pair to judge (50 m)", "M", _meters, needs=("all",)),
-    Option(
-        "--top",
-        "with --all: number of rows to show",
-        "N",
-        whole_number(1, 100_000),
-        default=20,
-        needs=("all",),
-    ),
+    Option("--top", "with --all: number of rows to show", "N", whole_number(1, 100_000), default=20, needs=("all",)),
     Option("--table", "with --all: write every row into a table", "CSV", Path, needs=("all",)),
     Option("--page", "with --all: write a page with drawings", "HTML", Path, needs=("all",)),
 )
@@ -425,11 +418,7 @@ def _options(reader: Reader) -> tuple[Option, ...]:
         Option("--step", "time step of the metrics (that of the file)", "S", seconds(0.0001, 10.0)),
         *(TABLES if reader is MEASURED else ()),
         Option(
-            "--window",
-            "only a part: start and end, in seconds after the first row",
-            "S,S",
-            _window_of,
-            excludes=alone,
+            "--window", "only a part: start and end, in seconds after the first row", "S,S", _window_of, excludes=alone
         ),
         Option("--profile", "thresholds of the risk", "NAME", _profile, default="paper"),
         Option("--esmini", "library that plays an xosc (CORTEXC_ESMINI)", "PATH", Path, excludes=(OTHER_FILE,)),
