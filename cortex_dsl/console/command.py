@@ -182,15 +182,16 @@ def _shown(default: Any) -> str:
     """Return a default as the help shows it, such as ` (30)`; "" if there is none."""
     if default is None or default is False or default in ((), {}):
         return ""
-    if isinstance(default, tuple):
-        return f" ({','.join(default)})"
-    return (
-        f" ({default})"
-        if isinstance(default, str)
-        else f" ({default:,})"
-        if isinstance(default, int)
-        else f" ({default:g})"
-    )
+    match default:
+        case tuple():
+            shown = ",".join(default)
+        case str():
+            shown = default
+        case int():
+            shown = f"{default:,}"
+        case _:
+            shown = f"{default:g}"
+    return f" ({shown})"
 
 
 class _Store(argparse.Action):
@@ -240,8 +241,9 @@ def settle(rows: Sequence[Option], options: argparse.Namespace) -> argparse.Name
     if len(chosen) > 1:
         raise UsageError(f"{' and '.join(reversed(chosen.values()))} ask for different things", "give one of them")
     options.choice = next(iter(chosen), "")
+    known = {row.dest: row for row in rows}
     for row in given.values():
-        _check_effect(row, {each.dest: each for each in rows}, given, options)
+        _check_effect(row, known, given, options)
     for row in rows:
         if row.dest not in given:
             setattr(options, row.dest, row.default)
@@ -258,10 +260,11 @@ def _check_effect(
     """
     leave_out = row.cure or f"leave {row.typed} out"
     for each in row.excludes:
-        if isinstance(each, Condition) and each.holds(options):
-            raise UsageError(f"{row.typed} has no effect on {each.name}", each.cure or leave_out)
-        if each in given:
-            raise UsageError(f"{row.typed} has no effect with {given[str(each)].typed}", leave_out)
+        if isinstance(each, Condition):
+            if each.holds(options):
+                raise UsageError(f"{row.typed} has no effect on {each.name}", each.cure or leave_out)
+        elif each in given:
+            raise UsageError(f"{row.typed} has no effect with {given[each].typed}", leave_out)
     for each in row.needs:
         if isinstance(each, Condition):
             if not each.holds(options):
