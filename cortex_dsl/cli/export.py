@@ -21,20 +21,24 @@ from cortex_dsl.console.command import DRIVER, PARAM, SCENARIO, Command, Conditi
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, missing_extra
+from engine.interchange.contract import (
+    AFTER_CONTACT,
+    MODES,
+    OSC_VERSIONS,
+    PLAYERS,
+    ExportOptions,
+    Finding,
+    InterchangeError,
+)
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
     from cortex_dsl.report.findings.interchange_report import Gathered
-    from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"
 """Folder of exported files without --out: inside the run's folder, or the working folder."""
 MOST_CASES = 1_000
 """Maximum of --top; all files of these cases are in memory before the first is written."""
-OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
-MODES = ("trajectory", "maneuver")
-PLAYERS = ("carla",)
-AFTER_CONTACT = ("through", "stop", "physics")
 LIST = "list"
 
 
@@ -161,7 +165,6 @@ def _write(
 ) -> int:
     from cortex_dsl.report.findings.interchange_report import export_content
     from cortex_dsl.report.terminal.interchange_view import export_view
-    from engine.interchange.contract import ExportOptions, InterchangeError
 
     usual = "1.2" if options.player is None else "1.0"
     try:
@@ -192,7 +195,6 @@ def esmini_named(path: Path | None) -> Path:
     Raises:
         UsageError: there is no library.
     """
-    from engine.interchange.contract import InterchangeError
     from engine.interchange.esmini import esmini_library
 
     try:
@@ -202,8 +204,8 @@ def esmini_named(path: Path | None) -> Path:
 
 
 def _findings(
-    cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: "ExportOptions"
-) -> "list[Finding]":
+    cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: ExportOptions
+) -> list[Finding]:
     findings: dict[Finding, None] = {}
     for case, names in zip(cases, gathered.names, strict=True):
         for name in formats:

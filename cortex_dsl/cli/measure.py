@@ -18,11 +18,11 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import Asked, place_files, reason
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO
 from cortex_dsl.spelling import nearest
+from engine.interchange.contract import Export, ExportOptions, InterchangeError
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.interchange_report import MeasuredReport
     from cortex_dsl.report.findings.ranking_report import RankedReport
-    from engine.interchange.contract import Export, InterchangeError
     from engine.interchange.openscenario.read import Imported
     from engine.interchange.tables.track import Tracks
 
@@ -42,8 +42,6 @@ IMPORTED = Reader("import", (SCENARIO,), "cortexc import case.xosc")
 
 def _perform(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> int:
     """Read, measure, show."""
-    from engine.interchange.contract import InterchangeError
-
     for row in (*TABLES, *RANKING):  # `import` has none of them
         vars(options).setdefault(row.dest, row.default)
     _check(reader, options)
@@ -136,7 +134,7 @@ def _read(options: argparse.Namespace) -> "Imported":
     )
 
 
-def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: Terminal) -> Exit:
+def _refused(error: InterchangeError, options: argparse.Namespace, terminal: Terminal) -> Exit:
     """Report that the file has errors, or lacks the requested contents."""
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
@@ -255,7 +253,7 @@ def _converted(report: "MeasuredReport", options: argparse.Namespace) -> "Measur
     return replace(report, remarks=tuple(remarks), written=tuple(str(folder / name) for name in files))
 
 
-def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
+def _exports(report: "MeasuredReport", options: argparse.Namespace) -> Iterator[Export]:
     for name in options.to:
         if write := FORMATS[name].of_recording:
             yield write(report.recording, options.file.stem)
@@ -267,25 +265,22 @@ def _with_road(
     report: "MeasuredReport",
     write: "Callable[[MeasuredReport, str | None, argparse.Namespace], Export]",
     options: argparse.Namespace,
-) -> "Export":
+) -> Export:
     """Write an export that refers to the road of the recording, and a copy of the road next to it."""
-    from engine.interchange.contract import Export
-
     road = report.road
     export = write(report, None if road is None else road.path.name, options)
     copy = {} if road is None else {road.path.name: road.copy()}
     return Export({**export.files, **copy}, export.remarks)
 
 
-def _openscenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> "Export":
-    from engine.interchange.contract import ExportOptions
+def _openscenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> Export:
     from engine.interchange.openscenario import write_trajectories
 
     how = ExportOptions() if options.osc is None else ExportOptions(options.osc)
     return write_trajectories(report.recording, options.file.stem, how, road)
 
 
-def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> "Export":
+def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> Export:
     """Write a scenario that replays all actors.
 
     Its params vary the start of the ego and of the actor that decides the risk.

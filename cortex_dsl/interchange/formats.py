@@ -10,10 +10,10 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Protocol
 
 from engine.extras import installing, is_installed
+from engine.interchange.contract import Export, ExportOptions, Finding
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
-    from engine.interchange.contract import Export, ExportOptions, Finding
     from engine.interchange.recording import Recording
 
 TABLES = (".csv", ".parquet")
@@ -27,21 +27,21 @@ RECORDINGS = (*TABLES, *LOGS, SCENARIO)
 class Writer(Protocol):
     """Function that returns the files of one case; their names begin with `stem`."""
 
-    def __call__(self, case: "ExportCase", stem: str, options: "ExportOptions", /) -> "Export": ...
+    def __call__(self, case: "ExportCase", stem: str, options: ExportOptions, /) -> Export: ...
 
 
 class RecordingWriter(Protocol):
     """Function that returns the files of a recording; their names begin with `stem`."""
 
-    def __call__(self, recording: "Recording", stem: str, /) -> "Export": ...
+    def __call__(self, recording: "Recording", stem: str, /) -> Export: ...
 
 
 class Checker(Protocol):
     """Function that returns the errors in the files of one case, which were written into a folder under these names."""
 
     def __call__(
-        self, case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions", /
-    ) -> "Iterator[Finding]": ...
+        self, case: "ExportCase", folder: Path, names: Sequence[str], options: ExportOptions, /
+    ) -> Iterator[Finding]: ...
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,9 @@ class Format:
 # -- writers: one case in one format, with its road --------------------------------------------------------------------
 
 
-def openscenario(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def openscenario(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     """Return the `.xosc`, by replay or by maneuvers, and its road."""
     from engine.interchange.after_contact import shown_after_contact
-    from engine.interchange.contract import Export
 
     road = opendrive(case, stem, options)
     (road_file,) = road.files
@@ -96,11 +95,10 @@ def openscenario(case: "ExportCase", stem: str, options: "ExportOptions") -> "Ex
     return Export({**export.files, **road.files}, (*case.left_out, *export.remarks, *road.remarks))
 
 
-def opendrive(case: "ExportCase", _stem: str, options: "ExportOptions") -> "Export":
+def opendrive(case: "ExportCase", _stem: str, options: ExportOptions) -> Export:
     """Return the road, under a name that all cases of the scenario share."""
     from cortex_dsl.api.concrete import map_copies
     from cortex_dsl.interchange.cases import road_name
-    from engine.interchange.contract import Export
     from engine.interchange.opendrive import SOMEWHERE, write_opendrive
     from engine.maps import MapFile
 
@@ -112,14 +110,13 @@ def opendrive(case: "ExportCase", _stem: str, options: "ExportOptions") -> "Expo
     return Export({f"{name}.xodr": text})
 
 
-def parquet(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def parquet(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     """Return the table of trajectories, with the road in its metadata, as omega-prime stores it.
 
     Raises:
         InterchangeError: pyarrow is not installed.
     """
     from engine.interchange.after_contact import shown_after_contact
-    from engine.interchange.contract import Export
     from engine.interchange.tables import write_parquet
 
     ((name, road),) = opendrive(case, stem, options).files.items()
@@ -129,14 +126,13 @@ def parquet(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export"
     return Export(export.files, (*case.left_out, *export.remarks))
 
 
-def scenic(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def scenic(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     """Return `<stem>.scenic` and the road that it reads.
 
     Raises:
         InterchangeError: Scenic cannot read the road, or an import of the scenario.
     """
     from cortex_dsl.interchange.scenic import refuse_left_hand, write_scenic
-    from engine.interchange.contract import Export
 
     refuse_left_hand(case)
     road = opendrive(case, stem, options)
@@ -145,31 +141,31 @@ def scenic(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
     return Export({**export.files, **road.files}, (*export.remarks, *road.remarks))
 
 
-def csv(recording: "Recording", stem: str) -> "Export":
+def csv(recording: "Recording", stem: str) -> Export:
     from engine.interchange.tables import write_csv
 
     return write_csv(recording, stem)
 
 
-def parquet_of_recording(recording: "Recording", stem: str) -> "Export":
+def parquet_of_recording(recording: "Recording", stem: str) -> Export:
     from engine.interchange.tables import write_parquet
 
     return write_parquet(recording, stem)
 
 
-def mcap(recording: "Recording", stem: str) -> "Export":
+def mcap(recording: "Recording", stem: str) -> Export:
     from engine.interchange.mcap import write_mcap
 
     return write_mcap(recording, stem)
 
 
-def commonroad(recording: "Recording", stem: str) -> "Export":
+def commonroad(recording: "Recording", stem: str) -> Export:
     from engine.interchange.commonroad import write_commonroad
 
     return write_commonroad(recording, stem)
 
 
-def scn(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def scn(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     from cortex_dsl.interchange.scn import write_scn
 
     return write_scn(case, stem, options)
@@ -178,7 +174,7 @@ def scn(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
 def _of_recording(write: RecordingWriter) -> Writer:
     """Turn a writer of recordings into a writer of cases: it writes present actors, with remarks on the others."""
 
-    def written(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+    def written(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
         from engine.interchange.after_contact import shown_after_contact
 
         export = write(shown_after_contact(case.replay, options.after_contact or "physics"), stem)
