@@ -9,6 +9,7 @@ import gc
 import os
 import signal
 import sys
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType
 
@@ -18,6 +19,8 @@ NEW_BEFORE_A_LOOK = 500_000
 """Objects that are made before Python looks for garbage among them."""
 A_MOMENT = 0.001
 """Delay before a signal that arrived at an unsafe time is delivered again [s]."""
+IMPORTS_OF_EXTENSIONS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
+"""Functions of Python that are on the stack while an extension module is imported."""
 
 
 def process() -> int:
@@ -64,7 +67,7 @@ def _install_signal_handlers() -> list[int]:
     came: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
-        if _is_looking_up(frame):
+        if _drops_exceptions(frame):
             signal.signal(signal.SIGALRM, lambda _, later: stop(number, later))
             signal.setitimer(signal.ITIMER_REAL, A_MOMENT)
             return
@@ -78,15 +81,20 @@ def _install_signal_handlers() -> list[int]:
     return came
 
 
-def _is_looking_up(frame: FrameType | None) -> bool:
-    """Return whether an attribute is being looked up, by `__getattr__` or by a function that it calls.
+def _drops_exceptions(frame: FrameType | None) -> bool:
+    """Return whether an exception in a frame would not reach the command, as one of its callers drops it.
 
-    Until Python 3.11 the classes of enumerations have one in Python, and numpy, which checks for every operand whether
-    it is an array, treats every exception there as a no: of a hundred interrupts of a search three were lost.
+    Of a hundred interrupts of a search three were lost while numpy checked whether an operand is an array, as it treats
+    every exception there as a no: it looks an attribute up, for which the classes of enumerations have a `__getattr__`
+    in Python until Python 3.11. An extension module replaces an exception during its import by an error of its own:
+    numpy advises to install it anew.
     """
-    return frame is not None and any(
-        each is not None and each.f_code.co_name == "__getattr__" for each in (frame, frame.f_back)
-    )
+    stack = []
+    while frame is not None:
+        stack.append(frame.f_code)
+        frame = frame.f_back
+    is_looked_up = any(code.co_name == "__getattr__" for code in stack[:2])
+    return is_looked_up or any(code in IMPORTS_OF_EXTENSIONS for code in stack)
 
 
 def _let_streams_end() -> None:

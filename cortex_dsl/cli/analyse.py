@@ -10,15 +10,15 @@ from cortex_dsl.cli.search_output import checked_run, opened_run, usage_errors
 from cortex_dsl.console.command import (
     DRIVER,
     EGO,
-    EXAMPLE_RUN,
     JOBS,
     PARAM,
-    RUN,
     SCENARIO,
     SEED,
     Command,
     Condition,
     Option,
+    excluded_by,
+    run_of,
 )
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
@@ -59,13 +59,9 @@ Show the kinds of failures (those that a competent driver would have avoided
 come first), where they lie in the space of params, which params matter, and
 why collisions are avoidable or not.""",
     options=(
-        replace(RUN, missing=("no run given", f"name the folder of one, such as `cortexc analyse {EXAMPLE_RUN}`")),
+        run_of("analyse"),
         Option(
-            "--budget",
-            "simulations to find which params matter; 0: none",
-            "N",
-            whole_number(0, 10**8),
-            default=BUDGET,
+            "--budget", "simulations to find which params matter; 0: none", "N", whole_number(0, 10**8), default=BUDGET
         ),
         JOBS,
         EGO,
@@ -171,19 +167,12 @@ PROBABILITY = Command(
         Option("--method", "mc, subset or importance", "NAME", choices=METHODS, default="mc"),
         Option("--condition", "params or joint, see below", "NAME", choices=CONDITIONS, default=PARAMS),
         Option("--of", "estimate how likely this `expect` of the file fails (a collision)", "NAME"),
-        Option(
-            "--samples",
-            "simulations; with subset: for each level",
-            "N",
-            whole_number(1, 10**8),
-            default=SAMPLES,
-        ),
-        replace(PARAM, excludes=(OF_RUN,)),
-        replace(SCENARIO, excludes=(OF_RUN,)),
+        Option("--samples", "simulations; with subset: for each level", "N", whole_number(1, 10**8), default=SAMPLES),
+        *excluded_by(OF_RUN, PARAM, SCENARIO),
         SEED,
         JOBS,
         EGO,
-        *(replace(row, excludes=(OF_RUN,)) for row in DRIVER[1:]),
+        *excluded_by(OF_RUN, *DRIVER[1:]),
     ),
     function=_probability,
     epilog=PROBABILITY_EPILOG,

@@ -73,12 +73,15 @@ def execute(request: Request, terminal: Terminal) -> int:
 # -- subcommands -------------------------------------------------------------------------------------------------------
 
 
+Loader = Callable[[], Command]
+"""Function that imports a command."""
+
+
 @frozen
 class Subcommand:
     """A first word of a command line, with its line in `cortexc --help`."""
 
-    load: Callable[[], Command]
-    """Function that imports the command."""
+    load: Loader
     summary: str
     arguments: str = ""
     """Arguments in that line."""
@@ -87,12 +90,10 @@ class Subcommand:
 SUBCOMMANDS: dict[str, Subcommand] = {}
 
 
-def _subcommand(
-    name: str, summary: str, arguments: str = ""
-) -> Callable[[Callable[[], Command]], Callable[[], Command]]:
+def _subcommand(name: str, summary: str, arguments: str = "") -> Callable[[Loader], Loader]:
     """Add a row to the table."""
 
-    def add(load: Callable[[], Command]) -> Callable[[], Command]:
+    def add(load: Loader) -> Loader:
         SUBCOMMANDS[name] = Subcommand(load, summary, arguments)
         return load
 

@@ -28,7 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         terminal.complain(error.message, error.cure)
         code = _documented(Exit.USAGE, error.message, error.cure, words, terminal)
     except KeyboardInterrupt:
-        code = _interrupted(words, terminal)
+        terminal.complain("interrupted")
+        code = _documented(Exit.INTERRUPTED, "interrupted", "", words, terminal)
     except BrokenPipeError:  # `cortexc ... | head`: the reader has seen enough
         code = Exit.FINE
     except OSError as error:
@@ -39,29 +40,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         terminal.complain(message, cure)
         code = _documented(Exit.USAGE, message, cure, words, terminal)
     except Exception as error:
-        if _is_interrupt(error):
-            return int(_interrupted(words, terminal))
         if os.environ.get("CORTEXC_DEBUG") == "1":
             raise
         report_bug(error, words, terminal)
         code = _documented(Exit.BUG, f"a bug in cortexc: {type(error).__name__}", "please report it", words, terminal)
     return int(code)
-
-
-def _is_interrupt(error: BaseException | None) -> bool:
-    """Return whether an interrupt caused an error: extension modules that are interrupted while they are imported
-    raise `ImportError` from it.
-    """
-    while error is not None:
-        if isinstance(error, KeyboardInterrupt):
-            return True
-        error = error.__cause__ or error.__context__
-    return False
-
-
-def _interrupted(words: Sequence[str], terminal: Terminal) -> Exit:
-    terminal.complain("interrupted")
-    return _documented(Exit.INTERRUPTED, "interrupted", "", words, terminal)
 
 
 def _trace(cause: BaseException, terminal: Terminal) -> None:

@@ -7,35 +7,38 @@ from pathlib import Path
 from shlex import join, split
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.console.cases import known_formats, write_cases
-from cortex_dsl.console.command import (
-    DRIVER,
-    EXAMPLE_RUN,
-    PARAM,
-    SCENARIO,
-    SEED,
-    Command,
-    Condition,
-    Option,
-    driver_words,
+from cortex_dsl.console.cases import (
+    CASE,
+    OF_RUN,
+    OF_SCENARIO,
+    SEED_OF_SCENE,
+    is_scenario,
+    known_formats,
+    run_or_scenario,
+    write_cases,
 )
+from cortex_dsl.console.command import DRIVER, PARAM, SCENARIO, Command, Condition, Option, driver_words, excluded_by
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, missing_extra
+from engine.interchange.contract import (
+    AFTER_CONTACT,
+    MODES,
+    OSC_VERSIONS,
+    PLAYERS,
+    ExportOptions,
+    Finding,
+    InterchangeError,
+)
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
     from cortex_dsl.report.findings.interchange_report import Gathered
-    from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"
 """Folder of exported files without --out: inside the run's folder, or the working folder."""
 MOST_CASES = 1_000
 """Maximum of --top; all files of these cases are in memory before the first is written."""
-OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
-MODES = ("trajectory", "maneuver")
-PLAYERS = ("carla",)
-AFTER_CONTACT = ("through", "stop", "physics")
 LIST = "list"
 
 
@@ -47,7 +50,7 @@ def _export(options: argparse.Namespace, terminal: Terminal) -> int:
         raise UsageError(
             f"`{options.what}` is a recording already", f"`cortexc measure {options.what}` shows its metrics and risk"
         )
-    is_file = _is_scenario(options.what)
+    is_file = is_scenario(options.what)
     cases = _of_file(options, terminal) if is_file else _of_run(options, terminal)
     if isinstance(cases, int):
         return cases
@@ -90,11 +93,6 @@ def _formats_content() -> list[dict[str, Any]]:
 def _formats(text: str) -> tuple[str, ...]:
     """Return each format once, in the order of the list; the word `list` stays as it is."""
     return (text,) if text == LIST else known_formats(text.split(","), "--to: ")
-
-
-def _is_scenario(path: Path) -> bool:
-    """Return True for the file of a scenario, False for a run or a recording."""
-    return path.suffix == ".scn" and not path.is_dir()
 
 
 def _home(path: Path) -> Path:
@@ -167,7 +165,6 @@ def _write(
 ) -> int:
     from cortex_dsl.report.findings.interchange_report import export_content
     from cortex_dsl.report.terminal.interchange_view import export_view
-    from engine.interchange.contract import ExportOptions, InterchangeError
 
     usual = "1.2" if options.player is None else "1.0"
     try:
@@ -198,7 +195,6 @@ def esmini_named(path: Path | None) -> Path:
     Raises:
         UsageError: there is no library.
     """
-    from engine.interchange.contract import InterchangeError
     from engine.interchange.esmini import esmini_library
 
     try:
@@ -208,58 +204,25 @@ def esmini_named(path: Path | None) -> Path:
 
 
 def _findings(
-    cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: "ExportOptions"
-) -> "list[Finding]":
+    cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: ExportOptions
+) -> list[Finding]:
     findings: dict[Finding, None] = {}
     for case, names in zip(cases, gathered.names, strict=True):
         for name in formats:
-            findings |= dict.fromkeys(FORMATS[name].checker(case, folder, names, how))
+            findings |= dict.fromkeys(FORMATS[name].load_checker()(case, folder, names, how))
     return list(findings)
 
 
-RUN_ONLY = Condition("a scenario, which has no cases", lambda options: _is_scenario(options.what))
-SCENARIO_ONLY = Condition(
-    "a run, whose cases have scenes and decisions of their own",
-    lambda options: not _is_scenario(options.what) and options.what.suffix.lower() not in RECORDINGS,
-    "name a case with --case K",
-)
 XOSC = Condition("the format xosc", lambda options: "xosc" in (options.to or ("xosc",)), "add xosc to --to")
 OSC = Option("--osc", f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)", "V", choices=OSC_VERSIONS)
 OPTIONS = (
+    run_or_scenario("export", "--to xosc"),
+    replace(CASE, choice="case"),
     Option(
-        "what",
-        "folder of a run, or a scenario",
-        "RUN|FILE.scn",
-        Path,
-        nargs="?",
-        missing=("export what? name a run or a scenario", f"cortexc export {EXAMPLE_RUN} --to xosc"),
+        "--top", "the worst N cases of the run", "N", whole_number(1, MOST_CASES), choice="top", excludes=(OF_SCENARIO,)
     ),
-    Option(
-        "--case",
-        "case of the run; 1 is the worst",
-        "K",
-        whole_number(1, 10_000_000),
-        default=1,
-        choice="case",
-        excludes=(RUN_ONLY,),
-    ),
-    Option(
-        "--top",
-        "the worst N cases of the run",
-        "N",
-        whole_number(1, MOST_CASES),
-        choice="top",
-        excludes=(RUN_ONLY,),
-    ),
-    *(
-        replace(row, excludes=(SCENARIO_ONLY,))
-        for row in (
-            replace(SEED, help="seed of the scene of a scenario (0)"),
-            PARAM,
-            replace(SCENARIO, help="the scenario to run, where the file has several"),
-            *DRIVER,
-        )
-    ),
+    SEED_OF_SCENE,
+    *excluded_by(OF_RUN, PARAM, replace(SCENARIO, help="the scenario to run, where the file has several"), *DRIVER),
     Option("--to", "one or more formats, separated by commas; `list` shows all", "FORMATS", _formats, answer=_answer),
     replace(OSC, needs=(XOSC,)),
     Option(

@@ -157,11 +157,7 @@ RUNNING = (
         excludes=(SAMPLING,),
     ),
     *DRIVER,
-    replace(
-        PROFILE,
-        help="thresholds of the risk score: paper, paper-mm or literature",
-        excludes=(SAMPLING,),
-    ),
+    replace(PROFILE, help="thresholds of the risk score: paper, paper-mm or literature", excludes=(SAMPLING,)),
     Option("--time-step", "step of the simulation in seconds (0.05)", "S", seconds(0.001, 0.5)),
     Option("--max-attempts", "attempts to draw one scene (2000)", "N", whole_number(1, 10**8)),
     Option("--prune", "skip attempts that must fail; the distribution of scenes stays the same"),
@@ -182,9 +178,7 @@ SEARCH = (
     GENERATIONS,
     replace(POPULATION, help="individuals in a generation, each with one value for every param"),
     replace(
-        PRESET,
-        help="how parents are chosen: cortex, by tournament, or cortex-literal, uniformly",
-        needs=(GENETIC,),
+        PRESET, help="how parents are chosen: cortex, by tournament, or cortex-literal, uniformly", needs=(GENETIC,)
     ),
     replace(
         OBJECTIVE,

@@ -18,11 +18,11 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import Asked, place_files, reason
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO
 from cortex_dsl.spelling import nearest
+from engine.interchange.contract import Export, ExportOptions, InterchangeError
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.interchange_report import MeasuredReport
     from cortex_dsl.report.findings.ranking_report import RankedReport
-    from engine.interchange.contract import Export, InterchangeError
     from engine.interchange.openscenario.read import Imported
     from engine.interchange.tables.track import Tracks
 
@@ -42,8 +42,6 @@ IMPORTED = Reader("import", (SCENARIO,), "cortexc import case.xosc")
 
 def _perform(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> int:
     """Read, measure, show."""
-    from engine.interchange.contract import InterchangeError
-
     for row in (*TABLES, *RANKING):  # `import` has none of them
         vars(options).setdefault(row.dest, row.default)
     _check(reader, options)
@@ -136,7 +134,7 @@ def _read(options: argparse.Namespace) -> "Imported":
     )
 
 
-def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: Terminal) -> Exit:
+def _refused(error: InterchangeError, options: argparse.Namespace, terminal: Terminal) -> Exit:
     """Report that the file has errors, or lacks the requested contents."""
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
@@ -255,7 +253,7 @@ def _converted(report: "MeasuredReport", options: argparse.Namespace) -> "Measur
     return replace(report, remarks=tuple(remarks), written=tuple(str(folder / name) for name in files))
 
 
-def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
+def _exports(report: "MeasuredReport", options: argparse.Namespace) -> Iterator[Export]:
     for name in options.to:
         if write := FORMATS[name].of_recording:
             yield write(report.recording, options.file.stem)
@@ -267,25 +265,22 @@ def _with_road(
     report: "MeasuredReport",
     write: "Callable[[MeasuredReport, str | None, argparse.Namespace], Export]",
     options: argparse.Namespace,
-) -> "Export":
+) -> Export:
     """Write an export that refers to the road of the recording, and a copy of the road next to it."""
-    from engine.interchange.contract import Export
-
     road = report.road
     export = write(report, None if road is None else road.path.name, options)
     copy = {} if road is None else {road.path.name: road.copy()}
     return Export({**export.files, **copy}, export.remarks)
 
 
-def _openscenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> "Export":
-    from engine.interchange.contract import ExportOptions
+def _openscenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> Export:
     from engine.interchange.openscenario import write_trajectories
 
     how = ExportOptions() if options.osc is None else ExportOptions(options.osc)
     return write_trajectories(report.recording, options.file.stem, how, road)
 
 
-def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> "Export":
+def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> Export:
     """Write a scenario that replays all actors.
 
     Its params vary the start of the ego and of the actor that decides the risk.
@@ -402,14 +397,7 @@ TABLES = (
 RANKING = (
     Option("--all", "judge every pair of actors that comes near each other, the worst first", default=False),
     Option("--near", "with --all: the largest distance of a pair to judge (50 m)", "M", _meters, needs=("all",)),
-    Option(
-        "--top",
-        "with --all: number of rows to show",
-        "N",
-        whole_number(1, 100_000),
-        default=20,
-        needs=("all",),
-    ),
+    Option("--top", "with --all: number of rows to show", "N", whole_number(1, 100_000), default=20, needs=("all",)),
     Option("--table", "with --all: write every row into a table", "CSV", Path, needs=("all",)),
     Option("--page", "with --all: write a page with drawings", "HTML", Path, needs=("all",)),
 )
@@ -425,11 +413,7 @@ def _options(reader: Reader) -> tuple[Option, ...]:
         Option("--step", "time step of the metrics (that of the file)", "S", seconds(0.0001, 10.0)),
         *(TABLES if reader is MEASURED else ()),
         Option(
-            "--window",
-            "only a part: start and end, in seconds after the first row",
-            "S,S",
-            _window_of,
-            excludes=alone,
+            "--window", "only a part: start and end, in seconds after the first row", "S,S", _window_of, excludes=alone
         ),
         Option("--profile", "thresholds of the risk", "NAME", _profile, default="paper"),
         Option("--esmini", "library that plays an xosc (CORTEXC_ESMINI)", "PATH", Path, excludes=(OTHER_FILE,)),

@@ -5,18 +5,24 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.cases import PICTURES, pace, picture, play_case
-from cortex_dsl.console.command import DRIVER, EXAMPLE_RUN, SEED, Command, Condition, Option, driver_words
-from cortex_dsl.console.request import whole_number
+from cortex_dsl.console.cases import (
+    CASE,
+    OF_RUN,
+    PICTURES,
+    SEED_OF_SCENE,
+    is_scenario,
+    pace,
+    picture,
+    play_case,
+    run_or_scenario,
+)
+from cortex_dsl.console.command import DRIVER, Command, Option, driver_words, excluded_by
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import write_output
-from cortex_dsl.shipped import SUFFIX
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.case_replay import CaseReplay
     from engine.search.ranking import Case
-
-MOST_CASES = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -29,7 +35,7 @@ class Replayed:
 
 
 def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
-    found = _of_file(options, terminal) if options.what.suffix == SUFFIX else _of_run(options, terminal)
+    found = _of_file(options, terminal) if is_scenario(options.what) else _of_run(options, terminal)
     if isinstance(found, int):
         return found
     if options.to is None:
@@ -73,36 +79,15 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Replayed | int:
     return Replayed(replay_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
 
 
-_RUN = Condition(
-    "a run, whose cases have scenes and decisions of their own",
-    lambda options: options.what.suffix != SUFFIX,
-    "name a case with --case K",
-)
-_SCENARIO = Condition("a scenario, which has no cases", lambda options: options.what.suffix == SUFFIX)
-
 REPLAY = Command(
     name="replay",
     usage="RUN [--case K] | FILE.scn [--seed N] [--to FILE] [options]",
     description="Run one case again and watch it: in the terminal, as a page, film or picture.",
     options=(
-        Option(
-            "what",
-            "folder of a run, or a scenario",
-            "RUN|FILE.scn",
-            Path,
-            nargs="?",
-            missing=("replay what? name a run or a scenario", f"cortexc replay {EXAMPLE_RUN} --case 1"),
-        ),
-        Option(
-            "--case",
-            "which of the run's cases; 1 is the worst",
-            "K",
-            whole_number(1, MOST_CASES),
-            default=1,
-            excludes=(_SCENARIO,),
-        ),
-        replace(SEED, help="seed of the scene of a scenario (0)", excludes=(_RUN,)),
-        *(replace(row, excludes=(_RUN,)) for row in DRIVER),
+        run_or_scenario("replay", "--case 1"),
+        replace(CASE, help="which of the run's cases; 1 is the worst"),
+        SEED_OF_SCENE,
+        *excluded_by(OF_RUN, *DRIVER),
         Option("--speed", "speed of playback; 2 is twice as fast", "X", pace, default=1.0),
         Option("--to", "write a page (.html), film (.gif) or picture (.svg) instead", "FILE", _target),
     ),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.api.derived_files import PAGE
-from cortex_dsl.console.command import EGO, EXAMPLE_RUN, RUN, Command, Option
+from cortex_dsl.console.command import EGO, EXAMPLE_RUN, Command, Option, run_of
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_output
@@ -120,7 +120,7 @@ of the search, where in the space of params it found failures, and the worst
 cases, each with a replay. For a study: verdict, box plots, curves and tests.""",
     options=(
         replace(
-            RUN,
+            run_of("report"),
             help=f"folder of a run or a study, such as {EXAMPLE_RUN}",
             missing=("which run? name its folder", f"cortexc report {EXAMPLE_RUN}"),
         ),

@@ -10,7 +10,7 @@ from cortex_dsl.api.run_folder import SearchResult, search_and_keep
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, opened_run, removed, request_of, show_found, usage_errors
-from cortex_dsl.console.command import DASK, EGO, EXAMPLE_RUN, GENERATIONS, JOBS, RUN, Command, Condition
+from cortex_dsl.console.command import DASK, EGO, EXAMPLE_RUN, GENERATIONS, JOBS, Command, Condition, run_of
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
@@ -165,11 +165,7 @@ RESUME = Command(
     usage="RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
     description="Continue a search or a study that was stopped with Ctrl-C, or killed.",
     options=(
-        replace(
-            RUN,
-            help="a run directory, or that of a study",
-            missing=("no run given", f"name the folder of one, such as `cortexc resume {EXAMPLE_RUN}`"),
-        ),
+        replace(run_of("resume"), help="a run directory, or that of a study"),
         replace(GENERATIONS, help="total number of generations (as planned)", default=None, excludes=(_STUDY,)),
         replace(
             JOBS, help="workers: threads of --engine batch, processes of --engine world; results never depend on it"

@@ -4,8 +4,8 @@
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,7 +36,9 @@ class Job:
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.resume is not None:
         return resume_study(options.resume, terminal, study_workers(options), json=options.json, ego=options.ego)
-    with _usage_errors():
+    from cortex_dsl.cli.search_output import usage_errors
+
+    with usage_errors():
         return _begin(options, terminal)
 
 
@@ -47,15 +49,6 @@ def study_workers(options: argparse.Namespace) -> "Workers":
     if options.dask is not None:
         return Workers("dask", options.jobs, options.dask)
     return Workers("processes", options.jobs)
-
-
-@contextmanager
-def _usage_errors() -> Iterator[None]:
-    """Turn an error of the store or of the workers into a UsageError."""
-    from cortex_dsl.cli.search_output import usage_errors
-
-    with usage_errors():
-        yield
 
 
 def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
@@ -83,10 +76,11 @@ def resume_study(
         UsageError: no readable study, another process writes it, or another version began it.
     """
     from cortex_dsl.api.studies import insist_on_same_engine
+    from cortex_dsl.cli.search_output import usage_errors
     from engine.search.store import hold
     from engine.study.database import StudyStore, read_study
 
-    with _usage_errors():
+    with usage_errors():
         study = read_study(folder).driven_by(ego)
         for name in study.edited:
             terminal.note(f"`{name}` was edited since; the study goes on with what it said", "warn")

@@ -19,6 +19,7 @@ from cortex_dsl.console.command import (
     ROLLOUTS,
     SEED,
     Option,
+    excluded_by,
 )
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest, filled, whole_number
@@ -65,13 +66,11 @@ def _methods(text: str) -> tuple[str, ...]:
         ) from error
 
 
-def _new(*rows: Option) -> tuple[Option, ...]:
-    """Return rows that have no effect on a study that is continued, which has its own settings."""
-    return tuple(replace(row, excludes=(*row.excludes, "resume")) for row in rows)
-
-
+CONTINUED = "resume"
+"""Option for a study that is continued, which has its own settings."""
 OPTIONS = (
-    *_new(
+    *excluded_by(
+        CONTINUED,
         Option("files", "scenarios, or a folder of them (the paper's six)", "FILES", Path, nargs="*", default=()),
         Option("--runs", "runs of each method on each scenario", "N", whole_number(1, 65_536), default=RUNS),
         Option("--methods", "methods, separated by commas, or `all`", "LIST", _methods, default=METHODS),
@@ -81,9 +80,9 @@ OPTIONS = (
     ),
     replace(JOBS, help="processes, each with a whole run; results never depend on it"),
     replace(DASK, help="address of a Dask scheduler; `local` starts one for the study"),
-    *_new(PRESET, PROFILE, OBJECTIVE, ROLLOUTS, AGGREGATE),
+    *excluded_by(CONTINUED, PRESET, PROFILE, OBJECTIVE, ROLLOUTS, AGGREGATE),
     *DRIVER,
-    *_new(Option("--out", "new folder for the study (one under runs/)", "DIR", Path)),
+    *excluded_by(CONTINUED, Option("--out", "new folder for the study (one under runs/)", "DIR", Path)),
     Option("--resume", "continue the study in this folder", "DIR", Path),
 )
 

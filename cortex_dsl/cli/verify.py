@@ -4,13 +4,12 @@ With `--model dynamic`: a second opinion on its worst cases, by a better model o
 """
 
 import argparse
-from dataclasses import replace
 
 from cortex_dsl.api.opinions import MODELS, keep, verify
 from cortex_dsl.api.proofs import SAMPLE, Proof, prove, prove_study
 from cortex_dsl.api.runs import WORST, OpenedRun
 from cortex_dsl.cli.search_output import check_past, checked_run, opened_run, usage_errors
-from cortex_dsl.console.command import EGO, EXAMPLE_RUN, JOBS, RUN, Command, Condition, Option
+from cortex_dsl.console.command import EGO, JOBS, Command, Condition, Option, run_of
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal
@@ -112,7 +111,7 @@ With --model dynamic, repeat the worst cases with a vehicle model whose tyres
 slip: which cases survive, which differ, and which are artefacts of the model
 or of the time step of the search.""",
     options=(
-        replace(RUN, missing=("no run given", f"name the folder of one, such as `cortexc verify {EXAMPLE_RUN}`")),
+        run_of("verify"),
         Option(
             "--sample",
             "number of simulations to run again",
@@ -122,14 +121,7 @@ or of the time step of the search.""",
             excludes=("model", _STUDY),
         ),
         Option("--model", "dynamic: repeat the worst cases with tyres that slip", "NAME", choices=MODELS),
-        Option(
-            "--worst",
-            "how many of the worst cases",
-            "N",
-            whole_number(1, 10**6),
-            default=WORST,
-            needs=("model",),
-        ),
+        Option("--worst", "how many of the worst cases", "N", whole_number(1, 10**6), default=WORST, needs=("model",)),
         JOBS,
         EGO,
     ),

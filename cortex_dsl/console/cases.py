@@ -2,12 +2,16 @@
 
 import argparse
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cortex_dsl.console.command import EXAMPLE_RUN, SEED, Condition, Option, excluded_by
+from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Terminal, UsageError
-from cortex_dsl.console.user_files import FLAGS, Asked, place_files
-from cortex_dsl.interchange.formats import FORMATS, PLAYED_BY_CARLA, missing_extra
+from cortex_dsl.console.user_files import FLAGS, Asked, is_folder, place_files
+from cortex_dsl.interchange.formats import FORMATS, PLAYED_BY_CARLA, RECORDINGS, missing_extra
+from cortex_dsl.shipped import SUFFIX
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -18,6 +22,32 @@ if TYPE_CHECKING:
     from engine.interchange.contract import ExportOptions
     from engine.interchange.esmini.fidelity import Certificate
     from engine.search.ranking import Case
+
+# -- options: a case of a run, or the scene of a scenario --------------------------------------------------------------
+
+
+def is_scenario(path: Path) -> bool:
+    """Return True for the file of a scenario, False for a run or a recording."""
+    return path.suffix == SUFFIX and not is_folder(path)
+
+
+OF_SCENARIO = Condition("a scenario, which has no cases", lambda options: is_scenario(options.what))
+OF_RUN = Condition(
+    "a run, whose cases have scenes and decisions of their own",
+    lambda options: not is_scenario(options.what) and options.what.suffix.lower() not in RECORDINGS,
+    "name a case with --case K",
+)
+CASE = Option(
+    "--case", "case of the run; 1 is the worst", "K", whole_number(1, 10_000_000), default=1, excludes=(OF_SCENARIO,)
+)
+(SEED_OF_SCENE,) = excluded_by(OF_RUN, replace(SEED, help="seed of the scene of a scenario (0)"))
+
+
+def run_or_scenario(command: str, example: str) -> Option:
+    """Return the argument of a command; `example`: options after the folder of a run."""
+    missing = (f"{command} what? name a run or a scenario", f"cortexc {command} {EXAMPLE_RUN} {example}")
+    return Option("what", "folder of a run, or a scenario", "RUN|FILE.scn", Path, nargs="?", missing=missing)
+
 
 # -- watched -----------------------------------------------------------------------------------------------------------
 

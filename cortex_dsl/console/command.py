@@ -182,15 +182,16 @@ def _shown(default: Any) -> str:
     """Return a default as the help shows it, such as ` (30)`; "" if there is none."""
     if default is None or default is False or default in ((), {}):
         return ""
-    if isinstance(default, tuple):
-        return f" ({','.join(default)})"
-    return (
-        f" ({default})"
-        if isinstance(default, str)
-        else f" ({default:,})"
-        if isinstance(default, int)
-        else f" ({default:g})"
-    )
+    match default:
+        case tuple():
+            shown = ",".join(default)
+        case str():
+            shown = default
+        case int():
+            shown = f"{default:,}"
+        case _:
+            shown = f"{default:g}"
+    return f" ({shown})"
 
 
 class _Store(argparse.Action):
@@ -240,8 +241,9 @@ def settle(rows: Sequence[Option], options: argparse.Namespace) -> argparse.Name
     if len(chosen) > 1:
         raise UsageError(f"{' and '.join(reversed(chosen.values()))} ask for different things", "give one of them")
     options.choice = next(iter(chosen), "")
+    known = {row.dest: row for row in rows}
     for row in given.values():
-        _check_effect(row, {each.dest: each for each in rows}, given, options)
+        _check_effect(row, known, given, options)
     for row in rows:
         if row.dest not in given:
             setattr(options, row.dest, row.default)
@@ -258,10 +260,11 @@ def _check_effect(
     """
     leave_out = row.cure or f"leave {row.typed} out"
     for each in row.excludes:
-        if isinstance(each, Condition) and each.holds(options):
-            raise UsageError(f"{row.typed} has no effect on {each.name}", each.cure or leave_out)
-        if each in given:
-            raise UsageError(f"{row.typed} has no effect with {given[str(each)].typed}", leave_out)
+        if isinstance(each, Condition):
+            if each.holds(options):
+                raise UsageError(f"{row.typed} has no effect on {each.name}", each.cure or leave_out)
+        elif each in given:
+            raise UsageError(f"{row.typed} has no effect with {given[each].typed}", leave_out)
     for each in row.needs:
         if isinstance(each, Condition):
             if not each.holds(options):
@@ -371,7 +374,6 @@ def _with_param(earlier: dict[str, str] | None, pair: tuple[str, str]) -> dict[s
 HELP = Option("-h --help", "this page", name="help")
 JSON = Option("--json", "one JSON document on stdout, and nothing else there", default=False)
 NO_COLOUR = Option("--no-colour --no-color", "plain output", default=False)
-RUN = Option("run", "a run directory", "RUN", type=Path, nargs="?")
 JOBS = Option("--jobs", "threads; results never depend on it", "N", whole_number(1, 1024), default=cores())
 DASK = Option("--dask", "address of a Dask scheduler; `local` starts one for the search", "ADDRESS")
 PARAM = Option("-p --param", "fix a param", "NAME=VALUE", assignment, name="overrides", default={}, collect=_with_param)
@@ -445,6 +447,17 @@ AGGREGATE = Option(
     default=SearchRequest.aggregate,
     needs=("rollouts",),
 )
+
+
+def run_of(command: str) -> Option:
+    """Return the argument of a command that needs a run."""
+    cure = f"name the folder of one, such as `cortexc {command} {EXAMPLE_RUN}`"
+    return Option("run", "a run directory", "RUN", Path, nargs="?", missing=("no run given", cure))
+
+
+def excluded_by(condition: str | Condition, *rows: Option) -> tuple[Option, ...]:
+    """Return rows that have no effect under a condition, or with another option, either."""
+    return tuple(replace(row, excludes=(*row.excludes, condition)) for row in rows)
 
 
 def driver_words(ego: Egos | None, batch: int | None, observes: str | None) -> list[str]:

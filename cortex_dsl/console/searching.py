@@ -19,13 +19,9 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
     with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
 
         def on_generation(done: Progress) -> None:
-            best = (
-                nan
-                if done.best is None
-                else done.best.score
-                if done.objective == DEFAULT_OBJECTIVES
-                else done.best.continuous
-            )
+            best = nan
+            if done.best is not None:
+                best = done.best.score if done.objective == DEFAULT_OBJECTIVES else done.best.continuous
             progress.generation_done(done.figures.by_individual, done.simulations, best)
             if done.generation == 0 and is_constant(done):
                 terminal.note(constant_line(done), "warn")

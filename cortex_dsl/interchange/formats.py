@@ -1,18 +1,19 @@
 """The table of export formats for a case, and their writers and checkers.
 
-Each function imports its modules when it is called. A new format is a row and two functions; see CONTRIBUTING.md.
+Each function imports its modules when it is called: a writer, or the loader of a checker. A new format is a row and two
+functions; see CONTRIBUTING.md.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Protocol
 
 from engine.extras import installing, is_installed
+from engine.interchange.contract import Export, ExportOptions, Finding
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
-    from engine.interchange.contract import Export, ExportOptions, Finding
     from engine.interchange.recording import Recording
 
 TABLES = (".csv", ".parquet")
@@ -26,21 +27,21 @@ RECORDINGS = (*TABLES, *LOGS, SCENARIO)
 class Writer(Protocol):
     """Function that returns the files of one case; their names begin with `stem`."""
 
-    def __call__(self, case: "ExportCase", stem: str, options: "ExportOptions", /) -> "Export": ...
+    def __call__(self, case: "ExportCase", stem: str, options: ExportOptions, /) -> Export: ...
 
 
 class RecordingWriter(Protocol):
     """Function that returns the files of a recording; their names begin with `stem`."""
 
-    def __call__(self, recording: "Recording", stem: str, /) -> "Export": ...
+    def __call__(self, recording: "Recording", stem: str, /) -> Export: ...
 
 
 class Checker(Protocol):
     """Function that returns the errors in the files of one case, which were written into a folder under these names."""
 
     def __call__(
-        self, case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions", /
-    ) -> "Iterator[Finding]": ...
+        self, case: "ExportCase", folder: Path, names: Sequence[str], options: ExportOptions, /
+    ) -> Iterator[Finding]: ...
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,8 @@ class Format:
     """Instruction for opening the first file, which is `{file}`."""
     writer: Writer
     """Function that writes a case."""
-    checker: Checker
-    """Function that reads the written files back and compares them with the run."""
+    load_checker: Callable[[], Checker]
+    """Function that imports the checker, which reads the written files back and compares them with the run."""
     checked: str
     """Quantities that the checker compares; `{mode}`: the form of an OpenSCENARIO file."""
     of_recording: RecordingWriter | None = None
@@ -74,10 +75,9 @@ class Format:
 # -- writers: one case in one format, with its road --------------------------------------------------------------------
 
 
-def openscenario(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def openscenario(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     """Return the `.xosc`, by replay or by maneuvers, and its road."""
     from engine.interchange.after_contact import shown_after_contact
-    from engine.interchange.contract import Export
 
     road = opendrive(case, stem, options)
     (road_file,) = road.files
@@ -95,11 +95,10 @@ def openscenario(case: "ExportCase", stem: str, options: "ExportOptions") -> "Ex
     return Export({**export.files, **road.files}, (*case.left_out, *export.remarks, *road.remarks))
 
 
-def opendrive(case: "ExportCase", _stem: str, options: "ExportOptions") -> "Export":
+def opendrive(case: "ExportCase", _stem: str, options: ExportOptions) -> Export:
     """Return the road, under a name that all cases of the scenario share."""
     from cortex_dsl.api.concrete import map_copies
     from cortex_dsl.interchange.cases import road_name
-    from engine.interchange.contract import Export
     from engine.interchange.opendrive import SOMEWHERE, write_opendrive
     from engine.maps import MapFile
 
@@ -111,14 +110,13 @@ def opendrive(case: "ExportCase", _stem: str, options: "ExportOptions") -> "Expo
     return Export({f"{name}.xodr": text})
 
 
-def parquet(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def parquet(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     """Return the table of trajectories, with the road in its metadata, as omega-prime stores it.
 
     Raises:
         InterchangeError: pyarrow is not installed.
     """
     from engine.interchange.after_contact import shown_after_contact
-    from engine.interchange.contract import Export
     from engine.interchange.tables import write_parquet
 
     ((name, road),) = opendrive(case, stem, options).files.items()
@@ -128,14 +126,13 @@ def parquet(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export"
     return Export(export.files, (*case.left_out, *export.remarks))
 
 
-def scenic(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def scenic(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     """Return `<stem>.scenic` and the road that it reads.
 
     Raises:
         InterchangeError: Scenic cannot read the road, or an import of the scenario.
     """
     from cortex_dsl.interchange.scenic import refuse_left_hand, write_scenic
-    from engine.interchange.contract import Export
 
     refuse_left_hand(case)
     road = opendrive(case, stem, options)
@@ -144,31 +141,31 @@ def scenic(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
     return Export({**export.files, **road.files}, (*export.remarks, *road.remarks))
 
 
-def csv(recording: "Recording", stem: str) -> "Export":
+def csv(recording: "Recording", stem: str) -> Export:
     from engine.interchange.tables import write_csv
 
     return write_csv(recording, stem)
 
 
-def parquet_of_recording(recording: "Recording", stem: str) -> "Export":
+def parquet_of_recording(recording: "Recording", stem: str) -> Export:
     from engine.interchange.tables import write_parquet
 
     return write_parquet(recording, stem)
 
 
-def mcap(recording: "Recording", stem: str) -> "Export":
+def mcap(recording: "Recording", stem: str) -> Export:
     from engine.interchange.mcap import write_mcap
 
     return write_mcap(recording, stem)
 
 
-def commonroad(recording: "Recording", stem: str) -> "Export":
+def commonroad(recording: "Recording", stem: str) -> Export:
     from engine.interchange.commonroad import write_commonroad
 
     return write_commonroad(recording, stem)
 
 
-def scn(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+def scn(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
     from cortex_dsl.interchange.scn import write_scn
 
     return write_scn(case, stem, options)
@@ -177,7 +174,7 @@ def scn(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
 def _of_recording(write: RecordingWriter) -> Writer:
     """Turn a writer of recordings into a writer of cases: it writes present actors, with remarks on the others."""
 
-    def written(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+    def written(case: "ExportCase", stem: str, options: ExportOptions) -> Export:
         from engine.interchange.after_contact import shown_after_contact
 
         export = write(shown_after_contact(case.replay, options.after_contact or "physics"), stem)
@@ -186,61 +183,49 @@ def _of_recording(write: RecordingWriter) -> Writer:
     return written
 
 
-# -- checkers: the files of one case, read back ------------------------------------------------------------------------
+# -- loaders of checkers: the files of one case, read back -------------------------------------------------------------
 
 
-def _check_xosc(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_xosc() -> Checker:
     from engine.interchange.openscenario.check import check_openscenario
 
-    return check_openscenario(case, folder, names, options)
+    return check_openscenario
 
 
-def _check_xodr(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_xodr() -> Checker:
     from engine.interchange.opendrive.check import check_opendrive
 
-    return check_opendrive(case, folder, names, options)
+    return check_opendrive
 
 
-def _check_commonroad(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_commonroad() -> Checker:
     from engine.interchange.commonroad.check import check_commonroad
 
-    return check_commonroad(case, folder, names, options)
+    return check_commonroad
 
 
-def _check_scenic(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_scenic() -> Checker:
     from cortex_dsl.interchange.scenic.write import check_scenic
 
-    return check_scenic(case, folder, names, options)
+    return check_scenic
 
 
-def _check_table(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_table() -> Checker:
     from engine.interchange.tables.read import check_table
 
-    return check_table(case, folder, names, options)
+    return check_table
 
 
-def _check_mcap(
-    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
-) -> "Iterator[Finding]":
+def _check_mcap() -> Checker:
     from engine.interchange.mcap.check import check_mcap
 
-    return check_mcap(case, folder, names, options)
+    return check_mcap
 
 
-def _check_scn(case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions") -> "Iterator[Finding]":
+def _check_scn() -> Checker:
     from cortex_dsl.interchange.scn import check_scn
 
-    return check_scn(case, folder, names, options)
+    return check_scn
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -256,7 +241,7 @@ FORMATS: Mapping[str, Format] = {
         readers="esmini, CARLA's ScenarioRunner, RoadRunner, dSPACE, Vector",
         opened="esmini --window 60 60 1000 600 --traj_filter 0 --osc {file}",
         writer=openscenario,
-        checker=_check_xosc,
+        load_checker=_check_xosc,
         checked="{mode}; the road's lanes",
     ),
     "xodr": Format(
@@ -265,7 +250,7 @@ FORMATS: Mapping[str, Format] = {
         readers="esmini, CARLA, SUMO's netconvert, Scenic",
         opened="odrviewer --window 60 60 1000 600 --odr {file}",
         writer=opendrive,
-        checker=_check_xodr,
+        load_checker=_check_xodr,
         checked="ids, links, and where the lanes lie",
         needs=_ROAD,
     ),
@@ -277,7 +262,7 @@ FORMATS: Mapping[str, Format] = {
         writer=_of_recording(commonroad),
         of_recording=commonroad,
         needs=_ROAD,
-        checker=_check_commonroad,
+        load_checker=_check_commonroad,
         checked="ids, references, the actors; motion is not read back",
     ),
     "scenic": Format(
@@ -286,7 +271,7 @@ FORMATS: Mapping[str, Format] = {
         readers="Scenic 3, and through it CARLA and MetaDrive",
         opened="scenic --2d {file}",
         writer=scenic,
-        checker=_check_scenic,
+        load_checker=_check_scenic,
         checked="the start of every actor; what follows is Scenic's own simulation",
         needs=_SCENARIO,
     ),
@@ -297,7 +282,7 @@ FORMATS: Mapping[str, Format] = {
         opened="cortexc measure {file}",
         writer=_of_recording(csv),
         of_recording=csv,
-        checker=_check_table,
+        load_checker=_check_table,
         checked=_MOTION,
     ),
     "parquet": Format(
@@ -307,7 +292,7 @@ FORMATS: Mapping[str, Format] = {
         opened="cortexc measure {file}",
         writer=parquet,
         of_recording=parquet_of_recording,
-        checker=_check_table,
+        load_checker=_check_table,
         checked=_MOTION,
         package="pyarrow",
         extra="export",
@@ -319,7 +304,7 @@ FORMATS: Mapping[str, Format] = {
         opened="open {file} in Foxglove or Lichtblick",
         writer=_of_recording(mcap),
         of_recording=mcap,
-        checker=_check_mcap,
+        load_checker=_check_mcap,
         checked="every message: actors, positions, headings, sizes, speeds, pedals",
         package="mcap",
         extra="export",
@@ -330,7 +315,7 @@ FORMATS: Mapping[str, Format] = {
         readers="cortexc",
         opened="cortexc {file}",
         writer=scn,
-        checker=_check_scn,
+        load_checker=_check_scn,
         checked="compiled and run again: every state and every metric, bit for bit",
     ),
 }

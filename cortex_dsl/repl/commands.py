@@ -67,11 +67,7 @@ _ROWS = (
     Command("relax", "[SHARE%]", "which requirement to relax, to accept that share", commands_scenes.do_relax),
     Command("run", "[SEED]", "run one scene and show what happened", commands_scenes.do_run),
     Command(
-        "ga",
-        "[N] [--objective NAME]",
-        "search genetically (10 generations of 100)",
-        commands_scenes.do_ga,
-        ("aim",),
+        "ga", "[N] [--objective NAME]", "search genetically (10 generations of 100)", commands_scenes.do_ga, ("aim",)
     ),
     Command("random", "[N] [--objective NAME]", "search at random (as many runs)", commands_scenes.do_random, ("aim",)),
     Command("worst", "", "the worst cases of the last search, and their kinds", commands_cases.do_worst),

@@ -173,19 +173,3 @@ def test_subcommands_are_found_by_their_first_word(monkeypatch: pytest.MonkeyPat
     assert seen == [("--flag", "x")]
     assert main(["new", "--help"]) == 0
     assert main(["new", "--flg", "x"]) == 2
-
-
-def test_an_interrupt_of_an_import_is_an_interrupt(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """An extension module that is interrupted while it is imported raises `ImportError` from the interrupt."""
-
-    def dispatch(*_: object) -> int:
-        try:
-            raise KeyboardInterrupt
-        except KeyboardInterrupt as interrupt:
-            raise ImportError("initialization failed") from interrupt
-
-    monkeypatch.setattr("cortex_dsl.cli.entry._dispatch", dispatch)
-    assert main(["--version"]) == 130
-    assert "interrupted" in capsys.readouterr().err

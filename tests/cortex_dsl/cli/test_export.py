@@ -100,7 +100,7 @@ def test_findings_are_shown(cortexc: Command, run: Path, tmp_path: Path, monkeyp
     from engine.interchange.contract import Finding
 
     finding = Finding("a.csv, ego", "it is elsewhere", "bring it back")
-    row = replace(FORMATS["csv"], checker=lambda *_: iter([finding, finding]))
+    row = replace(FORMATS["csv"], load_checker=lambda: lambda *_: iter([finding, finding]))
     monkeypatch.setitem(FORMATS, "csv", row)
     result = cortexc("export", run, "--to", "csv", "--check", "--out", tmp_path)
     assert result.code == Exit.DIAGNOSTICS

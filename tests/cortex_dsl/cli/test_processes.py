@@ -85,10 +85,36 @@ sys.exit(1)
 """numpy looks at the type of an operand, which is interrupted in that moment."""
 
 
+IMPORTED = """
+import os, signal, sys
+from importlib.machinery import ExtensionFileLoader
+from cortex_dsl.__main__ import _install_signal_handlers
+
+def interrupt(frame, event, _argument):
+    if event != "call" or "importlib" in frame.f_code.co_filename:
+        return
+    while frame is not None:
+        if frame.f_code in (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__):
+            sys.setprofile(None)
+            os.kill(os.getpid(), int(sys.argv[1]))
+        frame = frame.f_back
+
+_install_signal_handlers()
+sys.setprofile(interrupt)
+try:
+    import numpy
+except KeyboardInterrupt:
+    sys.exit(0)
+sys.exit(1)
+"""
+"""An extension module of numpy imports a module in Python, which is interrupted."""
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_is_heard_also_while_numpy_looks_at_an_operand(number: int) -> None:
-    """Where what is raised is taken for a no, it is raised a moment later."""
-    words = [sys.executable, "-c", ASKED, str(int(number))]
+@pytest.mark.parametrize("program", [ASKED, IMPORTED], ids=["operand", "import"])
+def test_a_signal_is_heard_also_where_exceptions_are_dropped(program: str, number: int) -> None:
+    """Where numpy would take the exception for a no, or replace it, it is raised a moment later."""
+    words = [sys.executable, "-c", program, str(int(number))]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, preexec_fn=hear_interrupts, timeout=300)
     assert (done.returncode, done.stderr) == (0, "")
 

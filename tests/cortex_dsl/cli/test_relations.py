@@ -11,6 +11,8 @@ from cortex_dsl.console.command import Command, Condition, Option, settle
 from cortex_dsl.console.terminal import UsageError
 
 COMMANDS = {"FILE": FILE, **{name: row.load() for name, row in SUBCOMMANDS.items()}}
+ANYWHERE = {row.dest for command in COMMANDS.values() for row in command.rows}
+"""Options of all commands: a row of several commands may need one of two options of which some commands have one."""
 EVERY_COMMAND = pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
 
 
@@ -46,7 +48,9 @@ def test_a_relation_names_options_of_the_command(command: Command) -> None:
     known = {row.dest for row in command.rows}
     for row in command.rows:
         for each in (*row.needs, *row.excludes):
-            assert isinstance(each, Condition) or known & set(each.split()), (row.typed, each)
+            names = set() if isinstance(each, Condition) else set(each.split())
+            assert isinstance(each, Condition) or known & names, (row.typed, each)
+            assert names <= ANYWHERE, (row.typed, each)
     assert len(known) == len(command.rows)
 
 

@@ -230,6 +230,15 @@ def test_replay_of_a_run_takes_no_seed(cortexc: Command, run: Path) -> None:
     assert "--case" in result.said
 
 
+@pytest.mark.parametrize("words", [("replay",), ("export", "--to", "csv")])
+def test_a_folder_is_a_run_whatever_its_name(cortexc: Command, tmp_path: Path, words: tuple[str, ...]) -> None:
+    """Also one that is named like a scenario."""
+    (folder := tmp_path / "left_turn.scn").mkdir()
+    result = cortexc(*words, folder)
+    assert result.code == 2
+    assert f"there is no journal in `{folder}`" in result.said
+
+
 def test_a_study_is_no_run(cortexc: Command, small_study: Path) -> None:
     """The command for it is shown."""
     for name in ("analyse", "replay"):
