@@ -11,6 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from cortex_dsl.api.case_files import Writable, case_files, stale_cases
+from engine.atomic import standing, write_one
 from engine.checksums import has_checksum, is_unchanged, journal_of
 from engine.search.campaign import Campaign
 from engine.search.manifest import Manifest
@@ -55,10 +56,11 @@ def differing(folder: Path, files: Mapping[str, bytes]) -> dict[str, Difference]
         StoreError: a file cannot be read.
     """
     with store_errors(folder):
+        there = standing(folder, files)
         found = {
-            name: Difference.CHANGED if (folder / name).exists() else Difference.MISSING
-            for name, content in files.items()
-            if not _holds(folder / name, content)
+            name: Difference.CHANGED if name in there.other else Difference.MISSING
+            for name in files
+            if name not in there.same
         }
         surplus = (f"{path.parent.name}/{path.name}" for path in stale_cases(folder, files))
         return found | dict.fromkeys(surplus, Difference.SURPLUS)
@@ -100,7 +102,7 @@ def refusal(folder: Path, differences: Mapping[str, Difference]) -> StoreError:
 
 
 def write_derived(folder: Path, files: Mapping[str, bytes]) -> Collection[str]:
-    """Write the files that differ, remove stale ones, and return the names of both.
+    """Write the files that differ, each as a whole, remove stale ones, and return the names of both.
 
     Raises:
         StoreError: a file cannot be written.
@@ -111,11 +113,7 @@ def write_derived(folder: Path, files: Mapping[str, bytes]) -> Collection[str]:
         with store_errors(path):
             if name in files:
                 path.parent.mkdir(exist_ok=True)
-                path.write_bytes(files[name])
+                write_one(path, files[name])
             else:
                 path.unlink(missing_ok=True)
     return names
-
-
-def _holds(path: Path, content: bytes) -> bool:
-    return path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content
