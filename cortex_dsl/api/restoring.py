@@ -10,7 +10,7 @@ from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
 from engine.search.journal import Journal
 from engine.search.run import Task, summarize
 from engine.search.store import JOURNAL, hold
-from engine.study.database import Study, read_study
+from engine.study.database import Study
 from engine.study.study_files import study_files
 from engine.study.verdict import Findings, findings
 
@@ -83,16 +83,13 @@ def compared_study(study: Study) -> tuple[dict[str, Difference | None], list[str
     return found | dict.fromkeys(files) | differing(study.folder, files), remarks
 
 
-def restore_study(folder: Path) -> tuple[Study, Findings, Collection[str]]:
-    """Write the tables of a study where they are not those that follow from it; return the study, its findings, and the
-    names of the files that were written.
+def restore_study(study: Study, found: Findings) -> Collection[str]:
+    """Write the tables of a study that do not follow from it and its findings; return their names.
 
     Raises:
-        StoreError: the study cannot be read, or a file cannot be written.
+        StoreError: a file cannot be written.
     """
-    study = read_study(folder)
-    found = findings(study.plan, study.records)
-    return study, found, write_derived(folder, study_files(study, found))
+    return write_derived(study.folder, study_files(study, found))
 
 
 def restore(run: OpenedRun, campaign: Campaign | None = None) -> Collection[str]:
