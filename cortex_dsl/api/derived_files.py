@@ -3,7 +3,8 @@
 They are a pure function of the journal, and contain its last link. So a run with files that were lost, changed, or
 written before an interruption gets the right ones again, and `cortexc verify` can compare them. Other files of a folder
 take minutes to compute, or depend on options: a page and the answers of `probability` and `verify --model dynamic`.
-They contain a checksum of themselves and the link of their journal (`engine.checksums`).
+They contain a checksum of themselves (`engine.checksums`). A page and the answers of `verify` also contain the link of
+their journal; estimates do not, as they depend on the program alone, and contain its digest.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -31,7 +32,7 @@ WITH_CHECKSUM: Mapping[str, str] = {
     ESTIMATES: "remove the estimates; `cortexc probability {}` estimates again",
     VERIFICATION: "remove the second opinion; `cortexc verify {} --model dynamic` asks again",
 }
-"""Files that contain a checksum of themselves, and the cure where it is not that of their content."""
+"""Files that contain a checksum of themselves, and the cure for a wrong one."""
 
 
 class Difference(StrEnum):
@@ -94,7 +95,7 @@ def refusal(folder: Path, differences: Mapping[str, Difference]) -> StoreError:
     cures = [cure.format(folder) for name, cure in WITH_CHECKSUM.items() if name in differences]
     if any(name not in WITH_CHECKSUM for name in differences):
         surplus = " and removes what is no case of it" if Difference.SURPLUS in differences.values() else ""
-        cures.insert(0, f"`cortexc report {folder}` writes the files of the run again{surplus}")
+        cures.insert(0, f"`cortexc report {folder}` writes the derived files again{surplus}")
     return StoreError(
         ", ".join(f"`{folder / name}` {difference}" for name, difference in differences.items()),
         f"{'; '.join(cures)}; keep a copy elsewhere of what was changed on purpose",
