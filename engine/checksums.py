@@ -1,4 +1,4 @@
-"""Files that contain their own checksum and the link of the journal from which they were written.
+"""Files that contain their own checksum, and the link of the journal or study from which they were written, if any.
 
 A JSON document begins with the fields of `stamp`; a page has them as `<meta>`. The checksum is the BLAKE2b digest of
 the whole file with zeros in its place, so that every changed byte shows, in every folder.

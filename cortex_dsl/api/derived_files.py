@@ -3,7 +3,8 @@
 They are a pure function of the journal, and contain its last link. So a run with files that were lost, changed, or
 written before an interruption gets the right ones again, and `cortexc verify` can compare them. Other files of a folder
 take minutes to compute, or depend on options: a page and the answers of `probability` and `verify --model dynamic`.
-They contain a checksum of themselves and the link of their journal (`engine.checksums`).
+They contain a checksum of themselves (`engine.checksums`). A page and the answers of `verify` also contain the link of
+their journal; estimates do not, as they depend on the program alone, and contain its digest.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -11,6 +12,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from cortex_dsl.api.case_files import Writable, case_files, stale_cases
+from engine.atomic import standing, write_one
 from engine.checksums import has_checksum, is_unchanged, journal_of
 from engine.search.campaign import Campaign
 from engine.search.manifest import Manifest
@@ -30,7 +32,7 @@ WITH_CHECKSUM: Mapping[str, str] = {
     ESTIMATES: "remove the estimates; `cortexc probability {}` estimates again",
     VERIFICATION: "remove the second opinion; `cortexc verify {} --model dynamic` asks again",
 }
-"""Files that contain a checksum of themselves, and the cure where it is not that of their content."""
+"""Files that contain a checksum of themselves, and the cure for a wrong one."""
 
 
 class Difference(StrEnum):
@@ -55,10 +57,11 @@ def differing(folder: Path, files: Mapping[str, bytes]) -> dict[str, Difference]
         StoreError: a file cannot be read.
     """
     with store_errors(folder):
+        there = standing(folder, files)
         found = {
-            name: Difference.CHANGED if (folder / name).exists() else Difference.MISSING
-            for name, content in files.items()
-            if not _holds(folder / name, content)
+            name: Difference.CHANGED if name in there.other else Difference.MISSING
+            for name in files
+            if name not in there.same
         }
         surplus = (f"{path.parent.name}/{path.name}" for path in stale_cases(folder, files))
         return found | dict.fromkeys(surplus, Difference.SURPLUS)
@@ -92,7 +95,7 @@ def refusal(folder: Path, differences: Mapping[str, Difference]) -> StoreError:
     cures = [cure.format(folder) for name, cure in WITH_CHECKSUM.items() if name in differences]
     if any(name not in WITH_CHECKSUM for name in differences):
         surplus = " and removes what is no case of it" if Difference.SURPLUS in differences.values() else ""
-        cures.insert(0, f"`cortexc report {folder}` writes the files of the run again{surplus}")
+        cures.insert(0, f"`cortexc report {folder}` writes the derived files again{surplus}")
     return StoreError(
         ", ".join(f"`{folder / name}` {difference}" for name, difference in differences.items()),
         f"{'; '.join(cures)}; keep a copy elsewhere of what was changed on purpose",
@@ -100,7 +103,7 @@ def refusal(folder: Path, differences: Mapping[str, Difference]) -> StoreError:
 
 
 def write_derived(folder: Path, files: Mapping[str, bytes]) -> Collection[str]:
-    """Write the files that differ, remove stale ones, and return the names of both.
+    """Write the files that differ, each as a whole, remove stale ones, and return the names of both.
 
     Raises:
         StoreError: a file cannot be written.
@@ -111,11 +114,7 @@ def write_derived(folder: Path, files: Mapping[str, bytes]) -> Collection[str]:
         with store_errors(path):
             if name in files:
                 path.parent.mkdir(exist_ok=True)
-                path.write_bytes(files[name])
+                write_one(path, files[name])
             else:
                 path.unlink(missing_ok=True)
     return names
-
-
-def _holds(path: Path, content: bytes) -> bool:
-    return path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content

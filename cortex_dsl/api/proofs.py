@@ -92,8 +92,8 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
     among, remarks = _driven_again(opened)
     rows = sampled(evaluations, count, among)
     done = repeat(scenario.program, config, manifest.profile, manifest.objective, evaluations, rows)
-    if not done.sought:
-        remarks = (*remarks, "what a function of a Python program says is not asked again")
+    if not done.with_objectives:
+        remarks = (*remarks, "an objective that is a Python function is not computed again")
     files, left_out = compared(opened)
     differences = _differences(files)
     differ = tuple(_name(evaluations, *row) for row in done.rows[~done.same].tolist())

@@ -10,7 +10,7 @@ from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
 from engine.search.journal import Journal
 from engine.search.run import Task, summarize
 from engine.search.store import JOURNAL, hold
-from engine.study.database import Study, read_study
+from engine.study.database import Study
 from engine.study.study_files import study_files
 from engine.study.verdict import Findings, findings
 
@@ -18,7 +18,11 @@ SUMMARY = "summary.json"
 
 
 def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
-    """Return the campaign of a run from its journal alone, with the given status; see `summarize`."""
+    """Return the campaign of a run from its journal alone, with the given status; see `summarize`.
+
+    Raises:
+        KeyboardInterrupt: the analysis was interrupted.
+    """
     from engine.risk import PROFILES
     from engine.search.evaluator import make_blaming, make_evaluator
 
@@ -37,7 +41,10 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
         make_blaming(program, config),
     )
     done = list(zip(record.past(), record.generations, strict=True))
-    return replace(summarize(task, done, status), elapsed=record.seconds)
+    campaign = summarize(task, done, status)
+    if campaign.status != status:
+        raise KeyboardInterrupt
+    return replace(campaign, elapsed=record.seconds)
 
 
 def compared(run: OpenedRun) -> tuple[dict[str, Difference | None], list[str]]:
@@ -76,22 +83,19 @@ def compared_study(study: Study) -> tuple[dict[str, Difference | None], list[str
     return found | dict.fromkeys(files) | differing(study.folder, files), remarks
 
 
-def restore_study(folder: Path) -> tuple[Study, Findings, Collection[str]]:
-    """Write the tables of a study where they are not those that follow from it; return the study, its findings, and the
-    names of the files that were written.
+def restore_study(study: Study, found: Findings) -> Collection[str]:
+    """Write the tables of a study that do not follow from it and its findings; return their names.
 
     Raises:
-        StoreError: the study cannot be read, or a file cannot be written.
+        StoreError: a file cannot be written.
     """
-    study = read_study(folder)
-    found = findings(study.plan, study.records)
-    return study, found, write_derived(folder, study_files(study, found))
+    return write_derived(study.folder, study_files(study, found))
 
 
-def restore(run: OpenedRun) -> Collection[str]:
+def restore(run: OpenedRun, campaign: Campaign | None = None) -> Collection[str]:
     """Restore the files of a run that do not follow from its journal; return their names.
 
-    A run with an interrupted analysis is analysed now.
+    `campaign` is that of the finished run, if it is known. A run with an interrupted analysis is analysed now.
 
     Raises:
         StoreError: a file cannot be written, or another process writes the run.
@@ -99,15 +103,16 @@ def restore(run: OpenedRun) -> Collection[str]:
     record = run.record
     if not _is_written(run):
         return []
-    whole = len(record.generations) == record.manifest.config.search.generations
-    ended = (FINISHED if whole else STOPPED) if record.status == INTERRUPTED else record.status
-    campaign = campaign_of_journal(run, ended)
+    if campaign is None:
+        whole = len(record.generations) == record.manifest.config.search.generations
+        ended = (FINISHED if whole else STOPPED) if record.status == INTERRUPTED else record.status
+        campaign = campaign_of_journal(run, ended)
     files, _ = _files_of(run, campaign)
     if not differing(run.folder, files):
         return []
     with hold(run.folder):
         names = write_derived(run.folder, files)
-        if campaign.status not in (record.status, INTERRUPTED):
+        if campaign.status != record.status:
             Journal.reopen(run.folder / JOURNAL).finish(campaign)
     return names
 

@@ -94,8 +94,10 @@ class RemainingWork:
             return carry_out(work, self.journal, self.record)
         campaign = replace(campaign_of(work, self.run.record), elapsed=self.run.record.seconds)
         found = SearchResult(campaign, folder, self.manifest, worst_files(folder))
+        if campaign.status != self.run.record.status:  # its analysis was interrupted
+            return found
         try:
-            restore(self.run)
+            restore(self.run, campaign)
         except StoreError as error:
             return replace(found, failure=error)
         return replace(found, worst_files=worst_files(folder))

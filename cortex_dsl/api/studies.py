@@ -253,5 +253,7 @@ def _both(first: "OnRun", second: "OnRun | None") -> Callable[[Finished], None]:
 
 def _tabulated(folder: Path) -> Studied:
     """Return the study of a folder, after writing its tables there."""
-    found, _, _ = restore_study(folder)
-    return Studied(found.plan, found.records, folder)
+    study = read_study(folder)
+    done = Studied(study.plan, study.records, folder)
+    restore_study(study, done.findings)
+    return done

@@ -63,15 +63,16 @@ def _study_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, 
     from cortex_dsl.cli.search_output import usage_errors
     from cortex_dsl.report.page.study_page import study_page
     from engine.study.database import read_study
+    from engine.study.verdict import findings
 
     with usage_errors():
         study = read_study(options.run)
+    found = findings(study.plan, study.records)
     try:
-        _, _, names = restore_study(options.run)
-        _note_written(names, "study", terminal)
+        _note_written(restore_study(study, found), "study", terminal)
     except StoreError as error:
         terminal.note(f"{error.message}; {error.cure}")
-    return options.run, study_page(study), partial(_study_figures, study)
+    return options.run, study_page(study, found), partial(_study_figures, study)
 
 
 def _note_written(names: Collection[str], source: str, terminal: Terminal) -> None:

@@ -116,8 +116,12 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     """Write the files next to the study, and show its results so far."""
     from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.report.terminal.study_view import study_view
+    from engine.study.database import read_study
+    from engine.study.verdict import findings
 
-    study, found, _ = restore_study(folder)
+    study = read_study(folder)
+    found = findings(study.plan, study.records)
+    restore_study(study, found)
     if not json:
         terminal.out.print(study_view(study, found, terminal.out.width))
     code = _end_of(study, terminal)

@@ -56,13 +56,13 @@ def show(
     if request.json:
         from cortex_dsl.report.findings.snippet import as_json
 
-        terminal.noted.extend(as_json(source, diagnostics))
+        terminal.diagnostics.extend(as_json(source, diagnostics))
         if failed:
             write_diagnostics(source, terminal, feasibility)
     elif request.diagnostics_format == "json":
         from cortex_dsl.report.findings.snippet import as_json
 
-        document = Terminal(noted=[*as_json(source, diagnostics)])
+        document = Terminal(diagnostics=[*as_json(source, diagnostics)])
         write_diagnostics(source, document)
         terminal.wrote.extend(document.wrote)
     elif request.diagnostics_format == "github":
@@ -87,7 +87,7 @@ def _where_to_read_more(diagnostics: Sequence[Diagnostic]) -> str:
 
 def write_diagnostics(source: Source, terminal: Terminal, feasibility: Mapping[str, Any] | None = None) -> None:
     """Write the diagnostics of a compilation as the document of --json; `feasibility`: further proofs."""
-    errors = sum(each["severity"] == Severity.ERROR.value for each in terminal.noted)
+    errors = sum(each["severity"] == Severity.ERROR.value for each in terminal.diagnostics)
     content = {"file": source.name, "errors": errors}
     terminal.document("diagnostics", content | ({} if feasibility is None else {"feasibility": feasibility}))
 

@@ -38,7 +38,7 @@ class Terminal:
     wrote: list[str] = field(default_factory=list, repr=False)
     """First words of each output to stdout: with --json there is exactly one document."""
 
-    noted: list[dict[str, Any]] = field(default_factory=list, repr=False)
+    diagnostics: list[dict[str, Any]] = field(default_factory=list, repr=False)
     """Diagnostics that the next document contains."""
 
     notes: list[str] = field(default_factory=list, repr=False)
@@ -59,13 +59,13 @@ class Terminal:
         sys.stdout.write(shown if shown.endswith("\n") else shown + "\n")
 
     def document(self, kind: str, content: Mapping[str, Any]) -> None:
-        """The one document of --json, with all diagnostics and notes of the command."""
+        """Write the one document of --json, with all diagnostics and notes of the command."""
         from cortex_dsl.report.documents import document
 
-        self.write(document(kind, {**content, "diagnostics": self.noted, "notes": self.notes}))
+        self.write(document(kind, {**content, "diagnostics": self.diagnostics, "notes": self.notes}))
 
     def note(self, text: str, style: str = "quiet") -> None:
-        """A warning (`warn`) or a remark on the results, on stderr and in the document."""
+        """Write a warning (`warn`) or a remark on the results to stderr, and store it for the document."""
         self.notes.append(text)
         self.err.print(text, style=style, soft_wrap=True)
 

@@ -75,7 +75,7 @@ def _aims(state: State, argument: str) -> Iterator[Completion]:
     """Yield the flag, and after it a name of an objective."""
     before, _, word = argument.rpartition(" ")
     if not before.endswith("--objective"):
-        yield from _named(word, iter([("--objective", "what is sought, instead of the risk")]))
+        yield from _named(word, iter([("--objective", "objective of the search, instead of the risk")]))
         return
     from engine.search.objectives import BUILT_IN, of_file
 

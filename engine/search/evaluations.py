@@ -158,8 +158,8 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
 def counted(rollouts: Assessment) -> Bools:
     """Return (n, k) True for simulations in the fitness: valid ones, and failures of a controller with a value."""
-    sought = (rollouts.verdict == Verdict.CONTROLLER) & is_aimed(rollouts) & np.isfinite(goal_of(rollouts))
-    return (rollouts.verdict == Verdict.VALID) | sought
+    failures = (rollouts.verdict == Verdict.CONTROLLER) & is_aimed(rollouts) & np.isfinite(goal_of(rollouts))
+    return (rollouts.verdict == Verdict.VALID) | failures
 
 
 def is_aimed(rollouts: Assessment) -> bool:
@@ -196,8 +196,8 @@ def _status(verdict: int, reused: bool, fitness: float) -> Status:
         return Status.REUSED
     if verdict == Verdict.ERROR:
         return Status.ERROR
-    sought = verdict == Verdict.CONTROLLER and not math.isnan(fitness)
-    return Status.VALID if verdict == Verdict.VALID or sought else Status.INVALID
+    is_failure = verdict == Verdict.CONTROLLER and not math.isnan(fitness)
+    return Status.VALID if verdict == Verdict.VALID or is_failure else Status.INVALID
 
 
 def parent_rows(proposals: Sequence[Proposal]) -> Ints:

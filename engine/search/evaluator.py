@@ -192,7 +192,7 @@ class Repeated:
     """(n, 2) Individual and rollout of each simulation."""
     same: Bools
     """(n,) True if the repeated simulation has the same result."""
-    sought: bool
+    with_objectives: bool
     """True if the objectives were computed again; a function of a Python program cannot be."""
 
 

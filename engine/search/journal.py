@@ -11,7 +11,7 @@ duration (`pace`, `status`) is in separate tables. In their order, the individua
 | individual | place in a generation: genome, operator, parents, birth, fitness                       |
 | simulation | rollout that was run: verdict, counts per requirement, metrics, risk; named by birth   |
 | pace       | generation: seconds since the start                                                    |
-| status     | `running`, `stopped` or `finished`, and the seal of the journal (one row)              |
+| status     | `running` or the kind of its end (`campaign`), and the seal of the journal (one row)   |
 | action     | scene in which a controller's decisions are kept: its key, the shape, float64 numbers  |
 
 A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian blobs

@@ -269,7 +269,7 @@ def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Ar
     kinds = [int] * 3 + [row.kind for row in COLUMNS for _ in row.columns]
     values = list(zip(*rows, strict=True)) or [()] * (len(kinds) + 1 + manifest.keeps_sought)
     if len(values) != len(kinds) + 1 + manifest.keeps_sought:
-        raise ValueError("what was sought is kept where something else than the risk is, and nowhere else")
+        raise ValueError("values of objectives must be stored if the run has some beside the risk, and only then")
     pairs = zip(kinds, values, strict=False)
     columns = [numbers(column) if kind is float else whole_numbers(column) for kind, column in pairs]
     counts, *sought = values[len(kinds) :]

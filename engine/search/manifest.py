@@ -337,7 +337,7 @@ def _check_words(manifest: Manifest, config: Config) -> None:
         if word not in words:
             raise ManifestError(f"`{place}` of its manifest must be one of {', '.join(words)}")
     if not manifest.objective or len(set(manifest.objective)) < len(manifest.objective):
-        raise ManifestError("`objective` of its manifest must name what is sought, each once")
+        raise ManifestError("`objective` of its manifest must name objectives, each once")
     if (manifest.seed, manifest.run) != (search.seed, search.run):
         raise ManifestError("`seed` and `run` of its manifest must be those of `settings.search`")
     if manifest.number not in (None, method_number(manifest.method)):

@@ -62,8 +62,8 @@ def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
 
 
 def severity(evaluations: Evaluations) -> tuple[Ints, Floats]:
-    """Return the first and the last key of the order (n,), each least for the worst: group or risk, then what the
-    search is for.
+    """Return the first and the last key of the order (n,), each least for the worst row: minus the risk (or the group,
+    see `_group`), then minus the continuous risk (or the first objective).
     """
     first = _group(evaluations) if is_aimed(evaluations.rollouts) else -evaluations.score
     return first, -evaluations.continuous

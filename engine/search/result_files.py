@@ -23,7 +23,7 @@ from engine.outcomes import RESULTS, Assessment, Result
 from engine.search.assessment import take, to_columns
 from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
-from engine.search.insight.kinds import PACES, Failures, FoundKind
+from engine.search.insight.kinds import PACES, Failures, FoundKind, estimated_share
 from engine.search.manifest import Manifest
 from engine.search.protocol import Operator
 from engine.search.ranking import Case
@@ -170,9 +170,9 @@ def failures_content(
     came: Failures, found: Sequence[FoundKind], actors: Sequence[str], seconds: float
 ) -> dict[str, Any]:
     """Return counts and rates of the ego's collisions, and every kind of collision; null for those that depend on blame
-    if no collision was assessed.
+    if no collision was assessed. `avoidable_share` is the estimated share.
     """
-    counts: dict[str, Any] = {**asdict(came), "avoidable_share": came.share(came.avoidable)}
+    counts: dict[str, Any] = {**asdict(came), "avoidable_share": estimated_share(came.avoidable, came.valid)}
     if not came.judged:
         counts |= dict.fromkeys(("avoidable", "struck", "kinds", "avoidable_kinds", "avoidable_share"))
     pace = {

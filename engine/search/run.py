@@ -60,7 +60,7 @@ class Past:
 
     generations: Sequence[Evaluations] = ()
     spent: float = 0.0
-    """Duration [s]."""
+    """Duration of these generations [s]."""
     number: int | None = None
     """Number of the method in the stream keys; None: the number of its name."""
 

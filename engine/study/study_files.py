@@ -1,4 +1,4 @@
-"""Files next to `study.sqlite`, for pandas and for people; written again whenever the study is reported.
+"""Files next to `study.sqlite`, for pandas and for people; a report writes those again that differ.
 
 | file            | one row for each                                                                          |
 |-----------------|-------------------------------------------------------------------------------------------|

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cortex_dsl.report.findings.readable import counted, percent, significant, whole
 from engine.search.insight.diversity import SECTORS
-from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind
+from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind, estimated_share
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.vocabulary import Blame
 
@@ -19,7 +19,7 @@ BLAMES = {
 """Word and style."""
 MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: not the ego's failure"
 SUCCESSION = "(n + 1) / (N + 2)"
-"""The estimated share of an event that was not found."""
+"""Formula of the estimated share of an event; see `estimated_share`."""
 ORDER_OF_RISK = "worst first, avoidable ones before others of the same risk"
 ORDER_OF_OBJECTIVE = "avoidable collisions first, then other collisions, then near misses"
 APART = "each partner and kind once before any twice"
@@ -72,11 +72,15 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
             share = percent(came.avoidable / came.valid, 2)
             yield f"avoidable: {share} of valid simulations{_pace(came.avoidable, seconds)}"
         else:
-            share = percent(came.share(0), 2)
-            yield f"avoidable: none found; estimated rate {share} of valid simulations, {SUCCESSION}"
+            yield f"avoidable: none found; {unseen_text(came.valid)}"
     share = percent(came.collisions / came.valid)
     every = f"{came.collisions:,}{_kinds_text(came)}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
+
+
+def unseen_text(valid: int) -> str:
+    """Return the estimated rate of an event that none of the valid simulations shows."""
+    return f"estimated rate {percent(estimated_share(0, valid), 2)} of valid simulations, {SUCCESSION}"
 
 
 def _pace(count: int, seconds: float) -> str:

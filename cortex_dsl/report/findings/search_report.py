@@ -197,7 +197,7 @@ def worst_words(record: Record) -> str:
     return f"The highest risk found, {score} of {HIGHEST_RISK}, came up {counted(times, 'time')}." if times else ""
 
 
-def sought_words(record: Record) -> str:
+def objective_words(record: Record) -> str:
     """Return the objective, if it is not the risk, and the broken expectations; empty without both."""
     manifest, evaluations = record.manifest, record.evaluations
     texts: list[str] = []

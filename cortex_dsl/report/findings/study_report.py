@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cortex_dsl.report.findings.failures import pace_text
+from cortex_dsl.report.findings.failures import pace_text, unseen_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, whole
 from engine.study.comparisons import FIRST, MEASURES, NAMED_FIRST, Comparison, Measure, Spread
 from engine.study.database import Study
@@ -99,8 +99,19 @@ class Yield:
 
     @property
     def rate(self) -> float:
-        """Avoidable, a second."""
+        """Avoidable collisions per second; NaN without a duration."""
         return self.avoidable / self.seconds if self.seconds > 0.0 else math.nan
+
+    @property
+    def text(self) -> str:
+        """Return `ga: 61 avoidable of 9,210 collisions in 12,000 valid simulations; …`."""
+        counts = (
+            f"{self.method}: {self.avoidable:,} avoidable of {counted(self.colliding, 'collision')} in "
+            f"{self.valid:,} valid simulations"
+        )
+        if not self.avoidable:
+            return f"{counts}; {unseen_text(self.valid)}"
+        return f"{counts}; avoidable {percent(self.share, 2)} of these, {pace_text(self.rate)} per second"
 
 
 def yields(plan: Plan, records: Sequence[RunRecord]) -> tuple[Yield, ...]:
@@ -120,14 +131,8 @@ def _yield(method: str, records: Sequence[RunRecord]) -> Yield:
 
 
 def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:
-    """`ga: 61 avoidable of 9,210 collisions in 12,000 valid simulations; …`"""
-    for each in yields(plan, records):
-        if each.valid:
-            yield (
-                f"{each.method}: {each.avoidable:,} avoidable of {counted(each.colliding, 'collision')} in "
-                f"{each.valid:,} valid simulations; avoidable {percent(each.share, 2)} of these, "
-                f"{pace_text(each.rate)} per second"
-            )
+    """Return the text of each method with a valid simulation."""
+    return (each.text for each in yields(plan, records) if each.valid)
 
 
 def study_content(study: Study, found: Findings) -> dict[str, Any]:

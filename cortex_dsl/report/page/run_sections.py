@@ -25,8 +25,8 @@ from cortex_dsl.report.findings.search_report import (
     first_collision,
     limits,
     method_name,
+    objective_words,
     partners_text,
-    sought_words,
     whole_run,
     why_invalid,
     worst_words,
@@ -126,7 +126,7 @@ def _found(record: Record, came: Failures) -> Node:
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),
         f" ({percent(ratio(simulated.nis, simulated.individuals))})",
         f" {'was' if simulated.nis == 1 else 'were'} invalid{why_invalid(record)}. ",
-        f"{worst_words(record)} {sought_words(record)}".rstrip(),
+        f"{worst_words(record)} {objective_words(record)}".rstrip(),
     )
 
 

@@ -17,7 +17,7 @@ from engine.strict_json import plain
 from engine.study.comparisons import Measure, sample
 from engine.study.database import Study
 from engine.study.run_records import curve_of, smoothed
-from engine.study.verdict import FAMILIES, RULE, Findings, findings
+from engine.study.verdict import FAMILIES, RULE, Findings
 
 LINKS = (
     ("#verdict", "Verdict"),
@@ -31,9 +31,8 @@ LINKS = (
 )
 
 
-def study_page(study: Study) -> str:
-    """The page of a study, as text."""
-    found = findings(study.plan, study.records)
+def study_page(study: Study, found: Findings) -> str:
+    """Return the page of a study and of its findings, as text."""
     parts = list(_parts(study, found))
     names = {each.attributes.get("id") for each in parts if isinstance(each, Element)} | {"verdict"}
     body = [

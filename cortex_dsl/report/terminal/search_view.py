@@ -115,7 +115,7 @@ def _below(program: Program, report: SearchReport) -> Iterator[str]:
     if campaign.objective != DEFAULT_OBJECTIVES:
         finds = int(campaign.evaluations.found[campaign.evaluations.simulated].sum())
         best = significant(campaign.worst[0].continuous) if campaign.worst else "none"
-        yield f"sought: {' and '.join(campaign.objective)}; found {counted(finds, 'time')}, largest {best}"
+        yield f"objective: {' and '.join(campaign.objective)}; found {counted(finds, 'time')}, largest {best}"
     for name, count in broken_by(campaign.evaluations, program.judged.names).items():
         yield f'"{name}" broken in {counted(count, "run")}'
     how = "as the paper counts, with repeated elites" if campaign.evaluations.reused.any() else "by individual"

@@ -81,7 +81,7 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
         (["parts"], [_parts(runs.parts[case.row, case.rollout].tolist(), lost=case.lost) for case in worst]),
     ]
     if campaign.objective != DEFAULT_OBJECTIVES:
-        found.insert(0, (["sought"], [Text(significant(case.continuous)) for case in worst]))
+        found.insert(0, (["objec-", "tive"], [Text(significant(case.continuous)) for case in worst]))
     if any(case.collided for case in worst):
         found.append((["avoid-", "able"], [_blame(campaign, case) for case in worst]))
     if len(program.actors) > 2:

@@ -94,12 +94,14 @@ class Failures:
         """
         return self.unknown < self.collisions or not self.collisions
 
-    def share(self, count: int) -> float:
-        """Return the share of valid simulations for a count, by Laplace's rule of succession: (n + 1) / (N + 2).
 
-        It is positive without a find, as no find in N simulations does not prove a share of zero.
-        """
-        return (count + 1) / (self.valid + 2)
+def estimated_share(count: int, valid: int) -> float:
+    """Return the estimated share of an event with this count among valid simulations: (n + 1) / (N + 2).
+
+    It is positive without an event, as none in N simulations does not prove a share of zero. Source: Laplace's rule of
+    succession.
+    """
+    return (count + 1) / (valid + 2)
 
 
 def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:

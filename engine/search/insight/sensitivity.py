@@ -205,7 +205,7 @@ def _products(values: Floats, counts: Floats) -> tuple[Mean, Mean, Mean]:
 
 
 def _total(values: Floats, counts: Floats) -> Mean:
-    """Return half the product of two differences between A and A_i, over both pairingswhere all four runs are known."""
+    """Return half the product of two differences between A and A_i, over both pairings with four known runs."""
     (a, again), (mixed, mixed_again) = values
     known = counts.prod(axis=(0, 1))
     products = a * again + mixed * mixed_again - (a + again) * (mixed + mixed_again) / 2.0

@@ -1,6 +1,8 @@
 """The files beside a journal are what follows from it, whatever was done to them, whenever the search was stopped."""
 
+import errno
 import json
+import os
 import random
 import shutil
 import sqlite3
@@ -17,6 +19,7 @@ from cortex_dsl.api.restoring import restore
 from cortex_dsl.api.runs import open_run
 from engine.search.chain import last_link
 from engine.search.journal_reader import read_journal
+from engine.search.store import StoreError
 from engine.tables import Ints
 from tests.folders import content, files
 from tests.fork_server import RUN, ForkServer
@@ -42,6 +45,11 @@ def test_files_carry_the_last_link_of_the_journal(whole: Path) -> None:
         assert f"# journal {link}\n" in path.read_text()
 
 
+def flipped(content: bytes, chance: random.Random) -> bytes:
+    place = chance.randrange(len(content))
+    return bytes([*content[:place], content[place] ^ 1, *content[place + 1 :]])
+
+
 @pytest.mark.parametrize("then", ["restore", "resume"])
 def test_one_changed_byte_in_any_file_is_found(then: str, whole: Path, cortexc: Command, tmp_path: Path) -> None:
     """`verify` exits with 2 and names every changed file; `report` and `resume` write it again."""
@@ -49,8 +57,7 @@ def test_one_changed_byte_in_any_file_is_found(then: str, whole: Path, cortexc: 
     right = files(run)
     assert len(right) > 10
     for name, before in right.items():
-        place = chance.randrange(len(before))
-        changed = bytes([*before[:place], before[place] ^ 1, *before[place + 1 :]])
+        changed = flipped(before, chance)
         (run / name).write_bytes(changed)
         others = {each: changed if each == name else content for each, content in right.items()}
         assert list(differing(whole, others)) == [name]
@@ -81,11 +88,6 @@ def test_missing_and_stale_files(whole: Path, cortexc: Command, tmp_path: Path) 
     said = cortexc("report", run, "--cases", 0).said
     assert "written again from the journal: worst/02.scn, worst/77.scn" in said
     assert files(run) == files(whole)
-
-
-def flipped(content: bytes, chance: random.Random) -> bytes:
-    place = chance.randrange(len(content))
-    return bytes([*content[:place], content[place] ^ 1, *content[place + 1 :]])
 
 
 def test_files_with_a_checksum(whole: Path, cortexc: Command, tmp_path: Path) -> None:
@@ -181,3 +183,35 @@ def test_an_interrupted_analysis(
     assert cortexc("verify", run, "--sample", 0).code == 0
     again(then, run, cortexc)
     assert content(run) == content(whole)
+
+
+@pytest.mark.parametrize("words", [("verify", "--sample", 0), ("report",), ("resume",)], ids=lambda words: words[0])
+def test_an_interrupted_repetition_of_the_analysis(
+    words: tuple[object, ...], whole: Path, interrupting: pytest.MonkeyPatch, cortexc: Command, tmp_path: Path
+) -> None:
+    """Ctrl-C while a finished run is analysed again ends the command: it is no damage, and no file is replaced."""
+    assert interrupting is not None
+    run = shutil.copytree(whole, tmp_path / "run")
+    (run / "summary.json").write_bytes(flipped((run / "summary.json").read_bytes(), random.Random(7)))
+    before = files(run)
+    command, *options = words
+    assert cortexc(command, run, *options).code == 130
+    assert files(run) == before
+
+
+def test_a_file_is_replaced_as_a_whole(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A full disk leaves every file as it was, and nothing beside it."""
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    run = shutil.copytree(whole, tmp_path / "run")
+    for name, right in files(run).items():
+        (run / name).write_bytes(flipped(right, random.Random(name)))
+    before = files(run)
+    names = {path.name for path in run.rglob("*")}
+    monkeypatch.setattr("engine.atomic.os.fsync", full)
+    with pytest.raises(StoreError):
+        restore(open_run(run))
+    assert files(run) == before
+    assert {path.name for path in run.rglob("*")} - {".lock"} == names - {".lock"}

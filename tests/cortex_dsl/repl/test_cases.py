@@ -127,9 +127,9 @@ def test_a_search_without_a_case(searched: Talk) -> None:
 
 
 def test_a_search_for_something_else(searched: Talk) -> None:
-    """What is sought is named by a flag; a name that is not there is answered with the nearest."""
+    """A flag names the objective; an unknown name is answered with the nearest."""
     said = searched('expect always not self.collided as "no contact"', ':random 1 --objective "no contact"').out
-    assert "sought: no contact" in said
+    assert "objective: no contact" in said
     assert "objective no contact" in searched(":worst").out
     assert "did you mean `avoidable`?" in searched(":ga 1 --objective avoidabel").err
     for words in ("1 2", "--objective", "1 --seed 2", '"1'):

@@ -11,6 +11,7 @@ import pytest
 from cortex_dsl.report.findings.analysis_report import condition_text, lost_text, margin_text, struck_text, system_lines
 from cortex_dsl.report.findings.failures import finds_of, kind_text, lead_text, others_text, rate_texts
 from cortex_dsl.report.findings.paper_metrics import METRICS, brief_of, meaning_of
+from cortex_dsl.report.findings.study_report import Yield
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.insight.analysis import Avoided, SystemShare, _system_shares
@@ -111,6 +112,11 @@ def test_what_speaks_against_the_ego_is_said_first() -> None:
     assert first == "avoidable: none found; estimated rate 0.10 % of valid simulations, (n + 1) / (N + 2)"
     assert second == "collisions: 500 of 7 kinds, 50.1 % of valid simulations, 250 a second"
     assert list(rate_texts(came(valid=998), 2.0)) == []
+    unseen, seen = (Yield("ga", 998, avoidable, 500, 2.0).text for avoidable in (0, 10))
+    assert unseen.endswith(f"; {first.partition('; ')[2]}"), "the same in a study"
+    assert (
+        seen == "ga: 10 avoidable of 500 collisions in 998 valid simulations; avoidable 1.00 % of these, 5 per second"
+    )
     text = others_text(came(struck=1, without_ego=2), "ego")
     assert text == ("without ego's part: 1 collision, struck from behind or while standing; others touched in 2 runs")
     kind = Kind(0, Side.LEFT, 4, 0, 3, Blame.AVOIDABLE)

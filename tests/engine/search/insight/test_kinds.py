@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from engine.search.assessment import map_arrays, take
 from engine.search.evaluations import Evaluations
-from engine.search.insight.kinds import PACES, Kind, blamed, codes, failures, kinds
+from engine.search.insight.kinds import PACES, Kind, blamed, codes, estimated_share, failures, kinds
 from engine.search.ranking import worst_cases
 from engine.tables import Floats, Ints
 from engine.vocabulary import Blame, Side
@@ -68,10 +68,10 @@ def test_counts_lead_with_what_speaks_against_the_ego() -> None:
     came = failures(table, said(AVOIDABLE, UNAVOIDABLE, STRUCK, NONE, NONE, AVOIDABLE))
     assert (came.valid, came.collisions, came.avoidable, came.struck, came.unknown) == (5, 4, 1, 1, 1)
     assert (came.kinds, came.avoidable_kinds, came.without_ego) == (4, 1, 2)
-    assert came.share(came.avoidable) == pytest.approx(2.0 / 7.0)
+    assert estimated_share(came.avoidable, came.valid) == pytest.approx(2.0 / 7.0)
     nothing = failures(searched(np.full(3, 5.0)), said(NONE, NONE, NONE))
     assert (nothing.collisions, nothing.kinds) == (0, 0)
-    assert nothing.share(0) == pytest.approx(0.2), "none of three is not never"
+    assert estimated_share(0, nothing.valid) == pytest.approx(0.2), "none of three is not never"
 
 
 def test_only_distinct_collisions_are_driven_again() -> None:
