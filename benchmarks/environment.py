@@ -116,22 +116,22 @@ def _parts(scenario: cx.Scenario, scenes: Scenes) -> list[float]:
         spent[part] += since - before
 
     (seat,) = seats_of(program, constant)
-    lanes, every = ParallelRuns(program, len(scenes), config), np.arange(len(scenes))
-    lanes.place(every, scenes)
+    runs, every = ParallelRuns(program, len(scenes), config), np.arange(len(scenes))
+    runs.place(every, scenes)
     lap(0)
-    lanes.step()
+    runs.step()
     lap(1)
-    while lanes.running.any():
-        asked = lanes.asked(0)
-        seen = lanes.observe(0, asked)
+    while runs.running.any():
+        asked = runs.asked(0)
+        seen = runs.observe(0, asked)
         lap(2)
-        lanes.decide(0, asked, seat.act(seen, asked, lanes.times))
+        runs.decide(0, asked, seat.act(seen, asked, runs.times))
         lap(3)
-        lanes.step()
+        runs.step()
         lap(1)
-    lanes.copied()
+    runs.copied()
     lap(4)
-    lanes.decided(every)
+    runs.decided(every)
     lap(5)
     return spent
 
@@ -139,16 +139,16 @@ def _parts(scenario: cx.Scenario, scenes: Scenes) -> list[float]:
 def assert_same_ends(scenario: cx.Scenario, scenes: Scenes, outcomes: Outcomes) -> None:
     """Before they are judged, stepped runs have come to the same ends, everybody in the same place, bit for bit."""
     program, config = scenario.program, scenario.config.simulation
-    lanes, every = ParallelRuns(program, len(scenes), config), np.arange(len(scenes))
-    lanes.place(every, scenes)
-    lanes.step()
-    while lanes.running.any():
-        lanes.decide(0, lanes.asked(0), constant(np.empty((len(scenes), 0))))
-        lanes.step()
+    runs, every = ParallelRuns(program, len(scenes), config), np.arange(len(scenes))
+    runs.place(every, scenes)
+    runs.step()
+    while runs.running.any():
+        runs.decide(0, runs.asked(0), constant(np.empty((len(scenes), 0))))
+        runs.step()
     valid = scenes.valid
-    assert np.array_equal(lanes.samples[valid], outcomes.steps[valid])
-    assert np.array_equal(lanes.reasons[valid], outcomes.end_reason[valid])
-    decided, states = replace(scenes, actions=lanes.decided(every)), lanes.states
+    assert np.array_equal(runs.samples[valid], outcomes.steps[valid])
+    assert np.array_equal(runs.reasons[valid], outcomes.end_reason[valid])
+    decided, states = replace(scenes, actions=runs.decided(every)), runs.states
     for row in np.flatnonzero(valid & ~outcomes.collided):
         assert np.array_equal(states[row], batch.trajectory(program, decided, int(row), config).states[-1])
 
@@ -182,11 +182,11 @@ def episodes(scenario: cx.Scenario, lanes: int) -> None:
 
 
 def steps_of(environment: Environment, actions: Floats) -> int:
-    """Steps that all lanes simulate up to the next question; one that begins anew counts from its beginning."""
-    lanes = environment.episodes.lanes
-    before = lanes.samples.copy()
+    """Return the steps that all slots simulate up to the next question; a new episode counts from its beginning."""
+    runs = environment.episodes.runs
+    before = runs.samples.copy()
     environment.step(actions)
-    return int(np.where(lanes.samples >= before, lanes.samples - before, lanes.samples).sum())
+    return int(np.where(runs.samples >= before, runs.samples - before, runs.samples).sum())
 
 
 def processes(scenario: cx.Scenario, lanes: int) -> None:

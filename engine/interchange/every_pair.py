@@ -16,8 +16,9 @@ from engine.host import pair_arrays
 from engine.interchange.contract import InterchangeError, cited
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.road_levels import LEVEL
 from engine.interchange.tables.facing import decides, undecided
-from engine.interchange.tables.heights import height_between, level_remarks, may_be_apart
+from engine.interchange.tables.heights import height_between, height_ranges, level_remarks
 from engine.interchange.tables.read import absences, actor_of, mixed_rates, usual_step
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (
@@ -208,7 +209,9 @@ def _decided_by_assumption(tracks: Tracks, windows: Ints, rows: Floats, step: fl
 def _on_other_levels(tracks: Tracks, windows: Ints, step: float) -> dict[int, tuple[str, str, float]]:
     """Return the windows, by row, of two at different heights: both names, and the height of the second above [m]."""
     found: dict[int, tuple[str, str, float]] = {}
-    for row in range(len(windows)) if may_be_apart(tracks.tracks) else ():
+    low, high = (end[windows[:, :2]] for end in height_ranges(tracks.tracks).T)
+    may_be_apart = (high - low[:, ::-1]).max(axis=1, initial=-np.inf) >= LEVEL
+    for row in np.flatnonzero(may_be_apart).tolist():
         one, other, first, last = (int(value) for value in windows[row])
         pair = (tracks.tracks[one], tracks.tracks[other])
         above, throughout = height_between(*pair, (first - 1) * step, (last + 1) * step)

@@ -5,6 +5,7 @@ Times need not be even; arrays are row-aligned with them.
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -103,6 +104,11 @@ class Motion:
     def rates(self, values: Floats) -> Floats:
         """Return the rate of change of values (samples, …) within each piece."""
         return rates(self.time, values, self.pieces)
+
+    @cached_property
+    def velocity(self) -> Floats:
+        """Return the rate of change of the positions (samples, 2) [m/s]."""
+        return self.rates(self.positions)
 
 
 # -- jumps -------------------------------------------------------------------------------------------------------------

@@ -12,11 +12,10 @@ def level_notes(road: OdrNetwork) -> tuple[str, ...]:
     """Return the notes on pairs of roads that cross at different heights; () if heights are unknown."""
     from engine.road.opendrive.network import contents_of
 
-    heights = [row.a for each in road.roads.values() for row in each.heights]
-    if not any(heights) and not any(row.b for each in road.roads.values() for row in each.heights):
+    if not any(row.a or row.b for each in road.roads.values() for row in each.heights):
         return ()
     try:
         levels = contents_of(str(road.path), digest_of(road.path)).text["levels"]
     except InterchangeError:
         return ()
-    return tuple(f"{sentence}: positions have no heights, and all are judged in one plane" for sentence in levels)
+    return tuple(f"{sentence}: all traffic is judged in one plane" for sentence in levels)

@@ -170,15 +170,13 @@ def read_recording(
     """
     if columns or path.suffix.lower() != SCENARIO:
         traffic = read_traffic(path, rate, columns=columns)
-        return _with_road(
-            recording_of(traffic, path.stem, ego, step, window), path, has_heights=may_be_apart(traffic.tracks)
-        )
+        return _with_road(recording_of(traffic, path.stem, ego, step, window), path, traffic)
     read = _scenario(path, ego, step, esmini)
     return read if window is None else replace(read, recording=_within(read.recording, window, path.name))
 
 
-def _with_road(read: Imported, path: Path, *, has_heights: bool) -> Imported:
-    """Return the recording on the road within a Parquet file or an MCAP, if it contains one."""
+def _with_road(read: Imported, path: Path, traffic: Tracks) -> Imported:
+    """Return the recording of this traffic on the road within a Parquet file or an MCAP, if it contains one."""
     inside = {".parquet": embedded_road, ".mcap": road_of_mcap}.get(path.suffix.lower())
     found = inside(path) if inside else None
     if found is None:
@@ -189,7 +187,7 @@ def _with_road(read: Imported, path: Path, *, has_heights: bool) -> Imported:
             place = Path(folder) / name
             place.write_bytes(content)
             road = replace(read_opendrive(place), content=content)
-            levels = () if has_heights else level_notes(road)
+            levels = () if may_be_apart(traffic.tracks) else level_notes(road)
     except InterchangeError as error:
         return replace(read, remarks=(*read.remarks, f"the road in it cannot be read: {error}"))
     recording = replace(read.recording, buildings=road.buildings)

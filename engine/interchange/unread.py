@@ -4,6 +4,7 @@ Nodes of road files record each access (`Node.read`), and `unread` finds the res
 they read (`unread_elements`), or note those that they skip (`Unread`). An unread element counts with all its content.
 """
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -11,8 +12,8 @@ from typing import NamedTuple
 from engine.interchange.contract import cited, quoted
 from engine.interchange.xml import Node
 
-NOTHING = ("", "0", "0.0", "0.00", "false")
-"""Values of attributes that state nothing."""
+NOTHING = re.compile(r"\s*(false|[+-]?(0+\.?0*|\.0+)([eE][+-]?\d+)?)?\s*")
+"""Values of attributes that state nothing: none, zero in any notation, false."""
 MOST_KINDS = 50
 """Maximum number of notes on one file; a last note counts the remaining kinds."""
 
@@ -56,7 +57,7 @@ def unread_elements(
     root: Node, read: Mapping[str, Collection[str] | None], remarked: Iterable[str] = ()
 ) -> tuple[str, ...]:
     """Return notes on elements that `read` does not name, with all their content, and on attributes whose value is not
-    among `NOTHING`.
+    one of `NOTHING`.
 
     `read`: attributes that are read of each element; None: no note on its attributes. `remarked`: elements with another
     remark.
@@ -72,7 +73,7 @@ def unread_elements(
             continue
         attributes = read[node.tag]
         for name, value in node.attributes.items() if attributes is not None else ():
-            if attributes is not None and name not in attributes and value.strip() not in NOTHING:
+            if attributes is not None and name not in attributes and not NOTHING.fullmatch(value):
                 found.add(f"{node.tag}.{name}", node.place)
         stack.extend(reversed(node.children))
     return found.notes()

@@ -42,7 +42,7 @@ def require_start(ev: Evaluator, node: nodes.Require, name: str) -> None:
         condition = _Start(ev).of(node.condition).may_hold
     except Mistake:  # a chain of operations as long as there may be: the run decides
         return
-    if ev.interval(condition)[0] > 0.0 and not ev.may_be_undefined(condition):
+    if ev.truth_of(condition)[0] > 0.0:
         return
     margin = margin_of(condition, ev.run.compared)
     unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)

@@ -31,7 +31,7 @@ from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Valu
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, subformulas
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.bounds import interval, is_dynamic, may_be_undefined
+from cortex_dsl.semantics.quantities.bounds import interval, is_dynamic, truth_of
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -207,10 +207,7 @@ class Folder:
     def known(self, key: RuleKey) -> bool | None:
         """Return the value of a condition if it is the same in all runs of all variants; None otherwise."""
         bounds = self.file.gene_bounds()
-        found = [each[key] for each in self.conditions if key in each]
-        if any(may_be_undefined(condition, lambda part: interval(part, bounds)) for condition in found):
-            return None
-        truths = {interval(condition, bounds) for condition in found}
+        truths = {truth_of(each[key], lambda part: interval(part, bounds)) for each in self.conditions if key in each}
         return {(1.0, 1.0): True, (0.0, 0.0): False}.get(truths.pop()) if len(truths) == 1 else None
 
     def _atom(self, node: nodes.Expression) -> ir.Formula:

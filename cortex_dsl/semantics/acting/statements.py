@@ -227,8 +227,7 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
     ev.run.built.requirements.append(
         ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit)
     )
-    truth = (0.0, 1.0) if ev.may_be_undefined(condition) else ev.interval(condition)
-    weight = weight_of(condition, truth, certain=probability == 1.0)
+    weight = weight_of(condition, ev.truth_of(condition), certain=probability == 1.0)
     ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
 
 

@@ -220,18 +220,24 @@ class ObjectBuilder:
     # -- values ------------------------------------------------------------------------------------------------------
 
     def _given(self, node: nodes.With) -> Value:
-        name, kind = node.property, self.own.node.name if self.own else self.kind.name.capitalize()
+        name = node.property
         if not (name in all_properties() or name in self.defaults or self._is_own(name)):
             raise UNKNOWN_PROPERTY.mistake(
                 node.property_span,
-                kind=f"a {kind}",
+                kind=self._called,
                 name=name,
                 suggestion=did_you_mean(name, {*all_properties(), *self.defaults}) or SCENIC_ONLY.get(name, ""),
             )
-        refuse_scenic_only(name, node.property_span, f"a {kind}")
+        refuse_scenic_only(name, node.property_span, self._called)
         with self.ev.naming(name):
             value = self.ev.evaluate(node.value)
         return checked(self.ev, name, self._adopted(name, value), node.value.span, may_act=self.may_act)
+
+    @property
+    def _called(self) -> str:
+        """Return its class with an article, for messages."""
+        name = self.own.node.name if self.own else self.kind.name.capitalize()
+        return f"{'an' if name[0].lower() in 'aeio' else 'a'} {name}"
 
     def _is_own(self, name: str) -> bool:
         """Return whether an undeclared property belongs to the file and is no misspelling.
@@ -274,7 +280,7 @@ class ObjectBuilder:
         if name not in known:
             raise UNKNOWN_ATTRIBUTE.mistake(
                 span,
-                kind=f"a {self.own.node.name if self.own else ''}",
+                kind=self._called,
                 name=name,
                 suggestion=did_you_mean(name, known),
             )

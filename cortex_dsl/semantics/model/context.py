@@ -26,6 +26,7 @@ from cortex_dsl.semantics.quantities.bounds import (
     leaves,
     may_be_undefined,
     part_interval,
+    truth_of,
 )
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
@@ -269,6 +270,10 @@ class Evaluator:
     def may_be_undefined(self, expression: ir.Expr) -> bool:
         """Return whether a part of an expression may have no value, such as a root."""
         return may_be_undefined(expression, self.interval)
+
+    def truth_of(self, condition: ir.Expr) -> Interval:
+        """Return the interval of the truth of a condition, (0, 1) if it may have no value."""
+        return truth_of(condition, self.interval)
 
     @contextmanager
     def naming(self, name: str) -> Iterator[None]:

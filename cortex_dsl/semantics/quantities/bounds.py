@@ -118,7 +118,8 @@ def closed_value(
 # -- intervals ---------------------------------------------------------------------------------------------------------
 
 UNIFORM: Interval = (0.0, 1.0 - 2.0**-53)
-_DISTANCES = frozenset({Op.PATH_DISTANCE, Op.REGION_DISTANCE, Op.BOX_DISTANCE, Op.REGION_BOX_DISTANCE})
+LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
+"""Operations whose result is a length, 0 or more."""
 
 
 def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
@@ -141,7 +142,7 @@ def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int,
             return UNIFORM
         case ir.Apply(op=Op.RANDOM):
             return UNIFORM
-        case ir.Apply(op=op) if op in _DISTANCES:
+        case ir.Apply(op=op) if op in LENGTHS:
             return (0.0, math.inf)
         case ir.Apply(op=op) if op in OPERATORS and (bounds := OPERATORS[op].bounds) is not None:
             result = bounds(*within)
@@ -162,6 +163,11 @@ def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval
         and not domain.holds(*map(interval, operands(part)))
         for part in parts(expression)
     )
+
+
+def truth_of(condition: ir.Expr, interval: Callable[[ir.Expr], Interval]) -> Interval:
+    """Return the interval of the truth of a condition: (1, 1), (0, 0), or (0, 1) also if it may have no value."""
+    return (0.0, 1.0) if may_be_undefined(condition, interval) else interval(condition)
 
 
 def is_undefined(op: Op, intervals: Sequence[Interval]) -> bool:
@@ -229,8 +235,6 @@ def _range(gene: ir.GeneInfo) -> str:
 
 Dimensions = Mapping[Term, ir.Dimension | None]
 """Dimension of the operands of each comparison; None if all are bare."""
-
-LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
 
 
 @frozen

@@ -57,7 +57,6 @@ OTHERS = {
 OF_OBJECT = {
     4: "assigned_lane_id",
     5: "vehicle_attributes",
-    6: "",
     7: "model_reference",
     8: "future_trajectory",
     9: "moving_object_classification",
@@ -66,7 +65,7 @@ OF_OBJECT = {
 OF_CLASSIFICATION = {2: "light_state", 3: "has_trailer", 4: "trailer_id"}
 OF_BASE = {5: "acceleration", 6: "orientation_rate", 7: "orientation_acceleration", 8: "base_polygon"}
 OF_ORIENTATION = {1: "roll", 2: "pitch"}
-"""Names of the fields of a moving object that are not read; the field without a name, its kind and role, is read."""
+"""Names of the fields of a moving object that are not read."""
 Message = dict[int, list[int | float | bytes]]
 """Values by field number."""
 
@@ -128,7 +127,7 @@ def _moving(truth: Message, unread: Unread, place: str) -> Iterator[dict[str, fl
         size, at, turned, velocity = (_inner(base, field) for field in (1, 2, 3, 4))
         for holder, names in ((thing, OF_OBJECT), (kind, OF_CLASSIFICATION), (base, OF_BASE), (turned, OF_ORIENTATION)):
             for field in holder.keys() & names.keys():
-                if names[field] and _says_something(holder[field]):
+                if _says_something(holder[field]):
                     unread.add(f"moving_object.{names[field]}", place)
         code = Code(_whole(thing, 3), _whole(kind, 5, UNSET), _whole(kind, 1, UNSET))
         found = kind_of(code)

@@ -87,8 +87,9 @@ def _read(file: TextIO, path: Path, rate: float | None, named: Mapping[str, str]
         raise InterchangeError("the file is empty", "write a line of column names, then rows", name)
     refuse_meta(header, path)
     layout = None if named else layout_of(header)
-    chosen = choose(header, name, layout, frame_rate(layout, path, rate), named)
-    check_complete(chosen, header, name)
+    place = f"{name}, line {skipped + 1}"
+    chosen = choose(header, place, layout, frame_rate(layout, path, rate), named)
+    check_complete(chosen, header, place)
     written = WrittenRows(rows, separator, chosen, name, skipped)
     cells = _rows(written, header, skipped, layout, name)
     cells = replace(cells, remarks=(*written.remarks(), *cells.remarks))

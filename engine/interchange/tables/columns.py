@@ -143,12 +143,12 @@ class Cells:
 
 def choose(
     header: Sequence[str],
-    file: str,
+    place: str,
     layout: Layout | None = None,
     rate: float | None = None,
     named: Mapping[str, str] = NO_NAMES,
 ) -> Chosen:
-    """Return the columns to read.
+    """Return the columns to read; `place`: that of their names.
 
     `layout`: that of a known tool; `rate`: samples per second, if the time counts samples; `named`: meanings of
     columns, with a unit if one is given (`time [ms]`), if their names do not show them.
@@ -156,7 +156,6 @@ def choose(
     Raises:
         InterchangeError: a column is repeated, has an unknown unit, counts without a rate, or is named and missing.
     """
-    place = f"{file}, line 1" if file.endswith(".csv") else file
     names = [name.strip() for name in header]
     if named:
         found = _plain(names, place, rate, _told(names, place, named))
@@ -251,8 +250,8 @@ def _of_omega_prime(names: Sequence[str], place: str) -> dict[str, Column]:
     return {name: Column(names.index(name), name) for name in OMEGA_READ if name in names}
 
 
-def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
-    """Raise InterchangeError if a column is missing that motion requires."""
+def check_complete(chosen: Chosen, header: Sequence[str], place: str) -> None:
+    """Raise InterchangeError if a column is missing that motion requires; `place`: that of the columns' names."""
     needed = OMEGA_NEEDED if chosen.omega_prime else NEEDED
     missing = [name for name in needed if name not in chosen.columns]
     if not missing:
@@ -266,7 +265,7 @@ def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
     there = ", ".join(map(cited, (name.strip() for name in header[:12])))
     also = f", nor {', '.join(f'`{name}`' for name in missing[1:])}" if missing[1:] else ""
     message = f"there is no column `{missing[0]}`{also}; there are {there}"
-    raise InterchangeError(message, cure, f"{file}, line 1" if file.endswith(".csv") else file)
+    raise InterchangeError(message, cure, place)
 
 
 def _meaning(name: str, place: str) -> tuple[str, str]:

@@ -10,8 +10,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from engine.interchange.motion import Motion
-from engine.interchange.tables.plausible import FEWEST, directions_of
-from engine.tables import Bools, Floats
+from engine.interchange.tables.plausible import FEWEST
+from engine.tables import Floats
 
 STRAIGHT = 0.01
 """Largest curvature of a straight way [1/m]: there the centre of a bus, 4 m ahead of its rear axle, slips 2 degrees."""
@@ -28,14 +28,12 @@ ROUND = math.radians(2.0)
 """Largest difference of a zero from that of a compass or the x axis to be named as that [rad]."""
 
 
-def straight_offsets(motion: Motion, heading: Floats, loose: Bools) -> tuple[Floats, Floats]:
+def straight_offsets(motion: Motion, direction: Floats, heading: Floats) -> tuple[Floats, Floats]:
     """Return heading and direction of motion (both (rows,)) [rad] at the samples of straight ways with both known.
 
-    The direction is reversed where an actor drives backwards, which it does slowly.
+    `direction`: as `directions_of` returns it. It is reversed where an actor drives backwards, which it does slowly.
     """
-    direction = np.where(loose, math.nan, directions_of(motion))
-    velocity = motion.rates(motion.positions)
-    (x, y), (change_x, change_y) = velocity.T, motion.rates(velocity).T
+    (x, y), (change_x, change_y) = motion.velocity.T, motion.rates(motion.velocity).T
     speed = np.maximum(np.hypot(x, y), 1e-9)
     shown = (np.abs(x * change_y - y * change_x) < STRAIGHT * speed**3) & np.isfinite(direction) & np.isfinite(heading)
     backwards = (np.cos(heading - direction) < 0.0) & (speed < FASTEST_REVERSE)

@@ -12,7 +12,7 @@ from engine.interchange.contract import InterchangeError, cited
 from engine.interchange.motion import Motion, pieces_of
 from engine.interchange.tables.columns import SLIDES, Cells
 from engine.interchange.tables.heading_sense import aside, misread, offset_of, straight_offsets
-from engine.interchange.tables.plausible import AssumedColumn, held_headings
+from engine.interchange.tables.plausible import AssumedColumn, directions_of, held_headings
 from engine.tables import Bools, Floats, Ints
 
 DEGREES = 7.0
@@ -49,7 +49,7 @@ class Headings:
             return  # degrees, which are refused, or radians that run on
         places = np.column_stack([self.cells.numbers[axis] for axis in ("x", "y")])
         motions = ((rows, Motion(time[rows], places[rows], pieces_of(time[rows]))) for rows in actors)
-        pairs = (straight_offsets(motion, heading[rows], slides(self.cells, rows)) for rows, motion in motions)
+        pairs = (straight_offsets(motion, self._directions(motion, rows), heading[rows]) for rows, motion in motions)
         if wrong := misread(pairs, in_radians=bool(column.unit)):
             self.misread = True
             message = f"headings (column {cited(column.name)}) do not fit the motion: {wrong}"
@@ -92,22 +92,22 @@ class Headings:
     ) -> Floats:
         if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
             self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", heading, rows)
-        loose, heading, unit_said = (
-            slides(self.cells, rows),
-            np.unwrap(heading),
-            bool(self.cells.columns[self.key].unit),
-        )
-        held = held_headings(name, motion, heading, loose, unit_said=unit_said, of_motion=of_motion)
+        direction, heading = self._directions(motion, rows), np.unwrap(heading)
+        unit_said = bool(self.cells.columns[self.key].unit)
+        held = held_headings(name, direction, heading, unit_said=unit_said, of_motion=of_motion)
         if held.in_degrees:
             self._refuse_degrees("headings lie across the motion, unless they are degrees", heading, rows)
         if held.remark:
             self.remarks.append(held.remark)
-        elif not on_foot and (offset := offset_of(*straight_offsets(motion, heading, loose))):
+        elif not on_foot and (offset := offset_of(*straight_offsets(motion, direction, heading))):
             self.remarks.append(
                 f"headings of {cited(name)} lie {aside(offset)} its motion throughout: they are taken from motion"
             )
             return of_motion()
         return held.values
+
+    def _directions(self, motion: Motion, rows: Ints) -> Floats:
+        return directions_of(motion, slides(self.cells, rows))
 
     def _refuse_degrees(self, message: str, heading: Floats, rows: Ints) -> NoReturn:
         column = self.cells.columns[self.key]

@@ -28,17 +28,16 @@ def height_between(
 
     begin, end [s]: the interval that is compared.
     """
-    heights = (one.height, other.height)
-    time = np.union1d(one.time, other.time)
+    if one.height is None or other.height is None:
+        return 0.0, False
     first, last = max(one.time[0], other.time[0], begin), min(one.time[-1], other.time[-1], end)
-    time = time[(time >= first) & (time <= last)]
+    time = np.unique(np.concatenate([each.time[(each.time >= first) & (each.time <= last)] for each in (one, other)]))
     if not len(time):
         return 0.0, False
-    places: list[Floats] = []
-    for track, height in zip((one, other), heights, strict=True):
-        if height is None:
-            return 0.0, False
-        places.append(np.stack([np.interp(time, track.time, column) for column in (*track.positions.T, height)]))
+    places = [
+        np.stack([np.interp(time, track.time, column) for column in (*track.positions.T, height)])
+        for track, height in ((one, one.height), (other, other.height))
+    ]
     x, y, above = places[1] - places[0]
     way = np.hypot(x, y)
     near = way <= way.min() + AROUND
@@ -48,12 +47,17 @@ def height_between(
     return float(above[near][apart][way[near][apart].argmin()]), bool(apart.all())
 
 
+def height_ranges(tracks: Sequence[TableTrack]) -> Floats:
+    """Return the least and the greatest height of each track (tracks, 2) [m]; inf and -inf if it is unknown."""
+    ends = ((np.nanmin, np.inf), (np.nanmax, -np.inf))
+    heights = [np.zeros(0) if track.height is None else track.height for track in tracks]
+    return np.array([[end(height, initial=beyond) for end, beyond in ends] for height in heights])
+
+
 def may_be_apart(tracks: Sequence[TableTrack]) -> bool:
     """Return True if two of the tracks may be on different levels."""
-    heights = [track.height for track in tracks if track.height is not None]
-    known = np.concatenate([np.zeros(0), *heights])
-    known = known[np.isfinite(known)]
-    return len(known) > 0 and float(np.ptp(known)) >= LEVEL
+    low, high = height_ranges(tracks).T
+    return bool(high.max() - low.min() >= LEVEL)
 
 
 def on_one_level(tracks: list[TableTrack]) -> tuple[list[TableTrack], tuple[str, ...]]:

@@ -70,14 +70,13 @@ class AssumedColumn:
 
 
 def held_headings(
-    who: str, motion: Motion, heading: Floats, loose: Bools, *, unit_said: bool, of_motion: Callable[[], Floats]
+    who: str, direction: Floats, heading: Floats, *, unit_said: bool, of_motion: Callable[[], Floats]
 ) -> AssumedColumn:
     """Return headings [rad], not wrapped; those of motion if most are across it.
 
-    `loose` (samples,): where the actor slides after an impact, in any direction; `unit_said`: the headings are known to
-    be radians; `of_motion`: returns the headings of motion.
+    `direction`: as `directions_of` returns it; `unit_said`: the headings are known to be radians; `of_motion`: returns
+    the headings of motion.
     """
-    direction = np.where(loose, math.nan, directions_of(motion))
     shown = np.flatnonzero(~np.isnan(direction))
     if not len(shown):
         return AssumedColumn(heading)
@@ -102,13 +101,16 @@ def driven(time: Floats) -> int:
     return int(short[0]) + 2 if len(short) else len(time)
 
 
-def directions_of(motion: Motion) -> Floats:
-    """Return (samples,) the direction of motion while it is driven; NaN where there is none."""
+def directions_of(motion: Motion, loose: Bools) -> Floats:
+    """Return (samples,) the direction of motion while it is driven [rad]; NaN where there is none.
+
+    `loose` (samples,): where the actor slides after an impact, in any direction.
+    """
     away = motion.positions - motion.positions[0]
     if np.hypot(*away.T).max() < FAR:
         return np.full(len(away), math.nan)
-    velocity = motion.rates(motion.positions)
-    shown = np.hypot(velocity[:, 0], velocity[:, 1]) > MOVING
+    velocity = motion.velocity
+    shown = (np.hypot(velocity[:, 0], velocity[:, 1]) > MOVING) & ~loose
     shown[driven(motion.time) :] = False
     return np.where(shown, arctan2(velocity[:, 1], velocity[:, 0]), math.nan)
 
@@ -126,7 +128,7 @@ def held_speeds(who: str, column: str, motion: Motion, velocity: Floats, factor:
     time, near = motion.time, np.diff(motion.pieces) == 0
     if not near.any():
         return AssumedColumn(velocity)
-    moved = motion.rates(motion.positions)
+    moved = motion.velocity
     if remark := _contradiction(who, column, time, moved, velocity, factor):
         return AssumedColumn(moved, remark, rejected=True)
     wrong = _misfits(motion, velocity, near)

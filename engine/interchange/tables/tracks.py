@@ -229,10 +229,9 @@ class _Gathered:
         if quantity not in self.cells.numbers:
             return self._usual_size(quantity, kind, f"the table has no {quantity}")
         sizes = self.cells.numbers[quantity][rows]
-        rows, sizes = rows[~np.isnan(sizes)], sizes[~np.isnan(sizes)]  # an empty cell is an unknown size
-        if not len(sizes) or (
-            self.cells.layout is not None and not (sizes > 0.0).any()
-        ):  # or 0, in a known tool's table
+        rows, sizes = rows[~np.isnan(sizes)], sizes[~np.isnan(sizes)]
+        is_known = len(sizes) if self.cells.layout is None else (sizes > 0.0).any()  # 0 of a known tool: unknown
+        if not is_known:
             return self._usual_size(quantity, kind, f"the table has no {quantity} of a {kind.name.casefold()}")
         if not (sizes > 0.0).all():
             row = int(rows[np.flatnonzero(~(sizes > 0.0))[0]])

@@ -6,6 +6,7 @@ import pytest
 
 from cortex_dsl import ir
 from engine.vocabulary import ActorKind, Column
+from tests.cortex_dsl.semantics.conftest import EGO, HEADER, findings
 
 Compiled = Callable[..., ir.Scenario]
 Said = Callable[[str], list[str]]
@@ -73,3 +74,11 @@ def test_mistakes_in_classes_are_reported(said: Said, text: str, code: str) -> N
 def test_unknown_class_names_the_own_ones(answered: Callable[..., list[tuple[str, str]]]) -> None:
     found = answered("b = new Taxo at (9, 2)\n", TAXI)
     assert ("SCN207", "did you mean `Taxi`?") in found
+
+
+@pytest.mark.parametrize(
+    ("made", "named"), [("Truck", "a Truck"), ("Obstacle", "an Obstacle"), ("Owl", "an Owl"), ("Taxi", "a Taxi")]
+)
+def test_a_message_names_a_class_with_its_article(made: str, named: str) -> None:
+    text = f"{TAXI}class Owl(Car):\n    width: 1.6 m\n\nnew {made} at (9 m, 2 m), with colr 3\n"
+    assert f"{named} has no property `colr`" in [found.message for found in findings(HEADER + EGO + text)]

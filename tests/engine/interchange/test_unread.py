@@ -74,7 +74,7 @@ def test_weather_of_a_scenario_is_named(tmp_path: Path) -> None:
 def test_attributes_of_a_scenario_that_change_a_run_are_named(tmp_path: Path) -> None:
     """Unless they are zero; heights have a remark of their own, where they differ by a level."""
     path = tmp_path / "case.xosc"
-    path.write_text(re.sub(r"(<WorldPosition [^>]*?) ?/>", r'\1 z="0.3" p="0" r="0.00"/>', simple()))
+    path.write_text(re.sub(r"(<WorldPosition [^>]*?) ?/>", r'\1 z="0.3" p="0" r="-0.000e+00"/>', simple()))
     before = notes(path)
     assert not [name for name in before if name.startswith("WorldPosition")]
     assert "one plane" not in " ".join(read_recording(path).remarks)

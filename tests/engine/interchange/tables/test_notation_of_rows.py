@@ -49,6 +49,8 @@ def test_a_place_counts_comments(tmp_path: Path) -> None:
     lines = ["# one", "# two", COLUMNS, *ROWS[:3], "# three", "0.15,ego,oh,0,0,10"]
     with pytest.raises(Exception, match="line 8, column `x`"):
         read_recording(saved(tmp_path, lines))
+    with pytest.raises(Exception, match="line 3"):
+        read_recording(saved(tmp_path, ["# one", "# two", COLUMNS.replace("x,", "east,"), *ROWS[:3]]))
 
 
 def test_an_actor_may_be_called_with_a_mark(tmp_path: Path) -> None:
