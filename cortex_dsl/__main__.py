@@ -27,11 +27,18 @@ def process() -> int:
     """Run the command line of this process and return its exit code."""
     _open_streams()
     _start_light()
-    asked = _install_signal_handlers()
-    from cortex_dsl.cli import main
+    asked: list[int] = []
+    try:
+        _install_signal_handlers(asked)
+        from cortex_dsl.cli import main
 
-    code = main()
-    _let_streams_end()
+        code = main()
+        _let_streams_end()
+    except KeyboardInterrupt:  # before `main` or after it, or a second time while it reports the first
+        code = INTERRUPTED
+        with contextlib.suppress(OSError):
+            sys.stderr.write("cortexc: interrupted\n")
+    _remove_signal_handlers()
     return TERMINATED if asked and code == INTERRUPTED else code
 
 
@@ -59,12 +66,11 @@ def _start_light() -> None:
     atexit.register(gc.freeze)
 
 
-def _install_signal_handlers() -> list[int]:
-    """Make SIGTERM, by which schedulers stop a job, act like Ctrl-C; the returned list shows whether it came.
+def _install_signal_handlers(came: list[int]) -> None:
+    """Make SIGTERM, by which schedulers stop a job, act like Ctrl-C, and append it to `came` when it arrives.
 
     No signal is lost: an exception in a frame whose caller drops it would be.
     """
-    came: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
         if _drops_exceptions(frame):
@@ -78,7 +84,13 @@ def _install_signal_handlers() -> list[int]:
     for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
         if signal.getsignal(number) is usual:
             signal.signal(number, stop)
-    return came
+
+
+def _remove_signal_handlers() -> None:
+    """Let a signal end the process without a word: while Python closes down, an exception would print a traceback."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _drops_exceptions(frame: FrameType | None) -> bool:

@@ -1,11 +1,14 @@
 """What the folders of runs and studies hold, without the time that the searches took."""
 
 import json
+import signal
 import sqlite3
-from collections.abc import Mapping
-from contextlib import closing
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from engine.search.journal_reader import read_journal
 
@@ -43,3 +46,16 @@ def timeless(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: timeless(each) for name, each in value.items() if name not in OF_TIME}
     return [timeless(each) for each in value] if isinstance(value, list) else value
+
+
+@contextmanager
+def small_files(size: int) -> Iterator[None]:
+    """Let no file grow beyond a size [bytes], as on a full disk; the test is skipped where there are no such limits."""
+    resource = pytest.importorskip("resource")
+    limits, before = resource.getrlimit(resource.RLIMIT_FSIZE), signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, before)

@@ -18,18 +18,15 @@ from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.kernels import RUN, SAMPLE, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
-from cortex_dsl.console.simulating import draw, failure_of, open_scenario, perform_run, show_misplaced
+from cortex_dsl.console.simulating import draw, failure_of, open_scenario, perform_run, proved_impossible
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.findings.driven_runs import DrivenRuns, runs_content
 from cortex_dsl.report.findings.run_report import requirements_content
 from cortex_dsl.report.findings.tally import Tally, blame_content, most_to_blame
 from cortex_dsl.report.terminal.progress import with_progress
-from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.sample_view import driven_view, sample_view
 from engine.config import SimulationConfig
-from engine.feasibility import explain
 from engine.program import Program
 from engine.scenes import Scenes
 from engine.vocabulary import Method, Verdict
@@ -124,10 +121,9 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
     program, scenario = compiled.program, open_scenario(request, run, compiled)
     compile_kernels(terminal, SAMPLE, scenario.program, scenario.config)
     _announce_crowd(scenario, terminal)
-    if explain(program).infeasible:
-        if not request.json:
-            return _infeasible(compiled, request, run, terminal)
-        show_misplaced(compiled, _account(program, run), request, terminal)
+    empty = {**_content(program, run, Tally(), None), "seconds": 0.0, "interrupted": False}
+    if (impossible := proved_impossible(scenario, request, run, terminal, "sample", empty)) is not None:
+        return impossible
     _warm_up(program, scenario.config.simulation)
     start = time.perf_counter()
     sampled = _sampled(scenario, run, samples, terminal)
@@ -197,14 +193,6 @@ def _show(
         terminal.out.print(sample_view(program, tally, 0.0, note, blame, driven_view(sampled.runs, driver.name)))
     elif tally.scenes:
         terminal.out.print(sample_view(program, tally, seconds, note, blame))
-
-
-def _infeasible(compiled: Compiled, request: CompileRequest, run: RunRequest, terminal: Terminal) -> Exit:
-    """Report that no scene exists, which is proved without sampling."""
-    blame = _account(compiled.program, run)
-    terminal.err.print(exhausted_view(compiled.program, Tally(), Verdict.INFEASIBLE, (), blame))
-    show_misplaced(compiled, blame, request, terminal)
-    return Exit.NO_SCENE
 
 
 def _warm_up(program: Program, config: SimulationConfig) -> None:

@@ -15,7 +15,7 @@ from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.searching import watched
-from cortex_dsl.console.simulating import open_scenario
+from cortex_dsl.console.simulating import open_scenario, proved_impossible
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
 from engine.extras import installing, is_installed
@@ -41,6 +41,8 @@ def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, termi
         for method in asked.methods:  # report missing packages before anything is made
             seek(build_searcher(method, Box.of(scenario.program.space), scenario.config), method, len(aims))
         compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
+        if (impossible := proved_impossible(scenario, request, run, terminal, "search", {"searches": []})) is not None:
+            return impossible
         found = _searches(scenario, run, asked, terminal)
     return show_found(found, scenario, request, terminal)
 

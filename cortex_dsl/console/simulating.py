@@ -1,7 +1,7 @@
 """Draw and simulate: the settings that apply, and the one run of `cortexc FILE`."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -242,6 +242,37 @@ def _no_scene(
 
         terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
         show_misplaced(scenario.compiled, blame, request, terminal)
+    return Exit.NO_SCENE
+
+
+def proved_impossible(
+    scenario: Scenario,
+    request: CompileRequest,
+    run: RunRequest,
+    terminal: Terminal,
+    kind: str,
+    empty: Mapping[str, object],
+) -> Exit | None:
+    """Report that no scene exists, which is proved without sampling; return None if it is not proved.
+
+    kind, empty: the document of the command under --json, and its contents if nothing is drawn.
+    """
+    from engine.acceptance import account, measure_acceptance
+    from engine.feasibility import remembered
+
+    program = scenario.program
+    if not remembered(program).infeasible:
+        return None
+    blame = account(measure_acceptance(program, seed=run.seed or 0), run.target)
+    if request.json:
+        from cortex_dsl.report.findings.tally import blame_content
+
+        terminal.document(kind, {"file": request.file, **empty, "blame": blame_content(blame)})
+    else:
+        from cortex_dsl.report.terminal.requirements_view import exhausted_view
+
+        terminal.err.print(exhausted_view(program, Tally(), Verdict.INFEASIBLE, (), blame))
+    show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
 

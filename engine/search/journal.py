@@ -34,7 +34,7 @@ from engine.search.campaign import Campaign, Progress
 from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, actions_digest, last_link, link, seal
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
-from engine.search.store import UNBORN, StoreError, check_not_removed, store_errors
+from engine.search.store import SPACE_TO_BEGIN, UNBORN, StoreError, check_not_removed, store_errors
 from engine.strict_json import json_text
 from engine.tables import Floats
 
@@ -83,6 +83,12 @@ CREATE TABLE IF NOT EXISTS action
 """Table that exists only if a controller drives."""
 
 
+def _remove_unborn(unborn: Path) -> None:
+    """Remove a journal that is not complete, with the files of SQLite next to it."""
+    for stale in unborn.parent.glob(f"{unborn.name}*"):
+        stale.unlink()
+
+
 def _adding(table: str, columns: int) -> str:
     return f"INSERT INTO {table} VALUES ({', '.join('?' * columns)})"  # noqa: S608
 
@@ -109,21 +115,24 @@ class Journal:
         Raises:
             StoreError: the file exists already, or it cannot be written.
         """
-        with store_errors(path):
+        with store_errors(path, SPACE_TO_BEGIN):
             if path.exists():
                 raise StoreError(f"`{path}` exists already", "name another --out; a run is never overwritten")
             # A journal gets its name when it is complete, so that a process that ends early leaves no partial journal
             # there.
             unborn = path.with_name(path.name + UNBORN)
-            for stale in path.parent.glob(f"{unborn.name}*"):
-                stale.unlink()
-            with closing(sqlite3.connect(unborn, isolation_level=None)) as connection:
-                connection.execute("PRAGMA journal_mode = WAL")
-                connection.executescript("BEGIN; " + SCHEMA.format(sought=_SOUGHT if manifest.keeps_sought else ""))
-                connection.executemany("INSERT INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
-                seal(connection)
-                connection.execute("COMMIT")
-            unborn.rename(path)
+            _remove_unborn(unborn)
+            try:
+                with closing(sqlite3.connect(unborn, isolation_level=None)) as connection:
+                    connection.execute("PRAGMA journal_mode = WAL")
+                    connection.executescript("BEGIN; " + SCHEMA.format(sought=_SOUGHT if manifest.keeps_sought else ""))
+                    connection.executemany("INSERT INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
+                    seal(connection)
+                    connection.execute("COMMIT")
+                unborn.rename(path)
+            except BaseException:
+                _remove_unborn(unborn)
+                raise
         return cls(path, _open(path))
 
     @classmethod

@@ -25,6 +25,8 @@ LONGEST_NAME = 200
 
 
 SPACE = "free some space, then go on with `cortexc resume`: what was written is kept; or name another disk with --out"
+SPACE_TO_BEGIN = "free some space, or name another disk with --out"
+"""Cure for a full disk where nothing is written yet."""
 
 
 class StoreError(CortexError):
@@ -61,7 +63,7 @@ def located(folder: Path, name: str) -> str:
 def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Path:
     """Make and return the next of `runs/<name>-<method>-001`, `-002`, …; safe while other commands do the same."""
     stem = f"{_portable(name)}-{_portable(method)}"
-    with store_errors(root):
+    with store_errors(root, SPACE_TO_BEGIN):
         root.mkdir(parents=True, exist_ok=True)
         number = _last_number(root, stem)
         while True:
@@ -82,7 +84,7 @@ def example_run(root: Path = Path("runs")) -> Path:
 
 def new_directory(directory: Path) -> Path:
     """Create the run directory at the requested place; it may exist if it is empty."""
-    with store_errors(directory):
+    with store_errors(directory, SPACE_TO_BEGIN):
         if leads_nowhere(directory):
             raise StoreError(f"`{directory}` is a link that leads nowhere", "remove it, or name another --out")
         directory.mkdir(parents=True, exist_ok=True)
@@ -135,7 +137,7 @@ def hold(directory: Path) -> Generator[None]:
         StoreError: another process writes it, or the folder cannot be written.
     """
     lock = FileLock(directory / LOCK)
-    with store_errors(directory):
+    with store_errors(directory, SPACE_TO_BEGIN):
         try:
             lock.acquire(timeout=0)
         except Timeout:
@@ -170,19 +172,19 @@ def _is_plain(letter: str) -> bool:
 
 
 @contextmanager
-def store_errors(path: Path) -> Generator[None]:
-    """Turn errors of the file system or of SQLite about `path` into a StoreError with a cure."""
+def store_errors(path: Path, space: str = SPACE) -> Generator[None]:
+    """Turn errors of the file system or of SQLite about `path` into a StoreError with a cure; `space`: of a full disk."""
     try:
         yield
     except OSError as error:
-        raise StoreError(f"cannot write `{path}`: {error.strerror or error}", _cure_of(error)) from error
+        raise StoreError(f"cannot write `{path}`: {error.strerror or error}", _cure_of(error, space)) from error
     except sqlite3.Error as error:
-        raise _journal_error(path, error) from error
+        raise _journal_error(path, error, space) from error
 
 
-def _cure_of(error: OSError) -> str:
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return SPACE
+def _cure_of(error: OSError, space: str) -> str:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return space
     if isinstance(error, TakenError):
         return "wait for it to end, or name another folder"
     if isinstance(error, FileExistsError | NotADirectoryError):
@@ -190,12 +192,12 @@ def _cure_of(error: OSError) -> str:
     return "make it writable, or name another folder with --out"
 
 
-def _journal_error(path: Path, error: sqlite3.Error) -> StoreError:
+def _journal_error(path: Path, error: sqlite3.Error, space: str) -> StoreError:
     text = str(error)
     if "full" in text:
-        return StoreError(f"no space left for `{path}`", SPACE)
+        return StoreError(f"no space left for `{path}`", space)
     if "disk I/O" in text:
-        return StoreError(f"the disk does not take what is written to `{path}`: it may be full, or failing", SPACE)
+        return StoreError(f"the disk does not take what is written to `{path}`: it may be full, or failing", space)
     if "not a database" in text or "malformed" in text:
         return StoreError(f"`{path}` is not a readable journal: {text}", "restore it from a copy, or repeat the run")
     if "locked" in text:

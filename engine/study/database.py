@@ -23,6 +23,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
+from shutil import rmtree
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ from engine.search.evaluations import Evaluations
 from engine.search.manifest import DrivenBy
 from engine.search.past import recorded_driver, who_drove
 from engine.search.protocol import DEFAULT_OBJECTIVES
-from engine.search.store import StoreError, check_not_removed, located, refuse_empty, store_errors
+from engine.search.store import SPACE_TO_BEGIN, StoreError, check_not_removed, located, refuse_empty, store_errors
 from engine.streams import method_number, old_number
 from engine.strict_json import json_text
 from engine.study.plan import Address, Plan, Subject
@@ -84,15 +85,23 @@ class StudyStore:
             StoreError: the file cannot be written.
         """
         path, plan = folder / STUDY, replace(plan, subjects=tuple(each.seen_from(folder) for each in plan.subjects))
-        with store_errors(path):
-            _save_programs(folder, plan)
-            connection = opened(path, "rwc")
-            rows = [(field, json_text(value)) for field, value in {**facts, **_document(plan)}.items()]
-            connection.executescript(f"BEGIN; {_SCHEMA}")
-            with connection:
-                connection.executemany("INSERT INTO manifest VALUES (?, ?)", rows)
-                connection.executemany("INSERT INTO scenario VALUES (?, ?, ?, ?, ?)", _scenario_rows(plan))
-                connection.execute("INSERT INTO seal VALUES (?)", (seals_of(connection)[-1],))
+        with store_errors(path, SPACE_TO_BEGIN):
+            if path.exists():
+                raise StoreError(f"`{path}` exists already", "name another --out; a study is never overwritten")
+            try:
+                _save_programs(folder, plan)
+                connection = opened(path, "rwc")
+                rows = [(field, json_text(value)) for field, value in {**facts, **_document(plan)}.items()]
+                connection.executescript(f"BEGIN; {_SCHEMA}")
+                with connection:
+                    connection.executemany("INSERT INTO manifest VALUES (?, ?)", rows)
+                    connection.executemany("INSERT INTO scenario VALUES (?, ?, ?, ?, ?)", _scenario_rows(plan))
+                    connection.execute("INSERT INTO seal VALUES (?)", (seals_of(connection)[-1],))
+            except BaseException:
+                rmtree(folder / PROGRAMS, ignore_errors=True)
+                for partial in folder.glob(f"{STUDY}*"):
+                    partial.unlink()
+                raise
         return cls(path, connection)
 
     @classmethod

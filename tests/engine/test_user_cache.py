@@ -1,13 +1,13 @@
 """The folder for what can be made again."""
 
 import os
-import signal
 import time
 from pathlib import Path
 
 import pytest
 
 from engine.user_cache import ENVIRONMENT_VARIABLE, KEPT, cache_roots, cached_file, fingerprint, is_ours, is_writable
+from tests.folders import small_files
 
 
 @pytest.fixture
@@ -35,15 +35,9 @@ def test_what_cannot_be_written_is_passed_over(root: Path, tmp_path: Path, monke
 
 def test_a_full_folder_is_passed_over(root: Path) -> None:
     """Files can be made in it, but hold nothing: a limit on the size of files stands for a full disk."""
-    resource = pytest.importorskip("resource")
-    limits, before = resource.getrlimit(resource.RLIMIT_FSIZE), signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        assert is_writable(root)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    assert is_writable(root)
+    with small_files(1000):
         assert not is_writable(root)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, before)
     assert is_writable(root)
 
 

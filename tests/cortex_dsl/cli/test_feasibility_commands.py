@@ -78,6 +78,25 @@ def test_sample_of_what_is_proved_impossible(cortexc: Command, tmp_path: Path) -
     assert words.startswith("no valid scene can be drawn from this file; that is proved")
     assert "help: relax `near` (line 5) by" in words
     assert "in 0 attempts" not in words
+    document = cortexc(path, "--sample", "1000000", "--json").document
+    assert (document["scenes"], document["attempts"]) == (0, 0)
+    assert document["blame"]["conflict"] == {"requirements": ["near"], "proved": True}
+
+
+@pytest.mark.parametrize("method", ["ga", "random,niching"])
+def test_search_of_what_is_proved_impossible(method: str, cortexc: Command, scenario: Scenario, tmp_path: Path) -> None:
+    """Nothing is simulated and no folder is made: exit code 3 with the conflict."""
+    path, out = scenario(*NEVER), tmp_path / "run"
+    result = cortexc(path, "--method", method, "--out", out)
+    assert result.code == 3
+    assert "no valid scene can be drawn from this file; that is proved" in result.said
+    document = cortexc(path, "--method", method, "--out", out, "--json").document
+    assert document["searches"] == []
+    assert document["blame"]["conflict"] == {
+        "requirements": ["ego starts where it should", "far off"],
+        "proved": True,
+    }
+    assert not out.exists()
 
 
 def test_sample_says_what_to_relax(cortexc: Command, left_turn: Path) -> None:

@@ -6,6 +6,8 @@ import os
 import random
 import shutil
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -138,3 +140,33 @@ def test_interrupted_at_any_instant(
         assert again.status == 0, (at, ended, again)
         assert row.content(run) == expected, at
         shutil.rmtree(run)
+
+
+INTERRUPTING = """
+import atexit, os, signal, sys
+from cortex_dsl.__main__ import process
+name, number = sys.argv[1], int(sys.argv[2])
+del sys.argv[1:3]
+pending = [number]
+def hear(event, arguments):
+    if event == "import" and arguments[0] == name and pending:
+        os.kill(os.getpid(), pending.pop())
+sys.addaudithook(hear)
+if name == "atexit":
+    atexit.register(lambda: os.kill(os.getpid(), number))
+sys.exit(process())
+"""
+"""The command in a process that sends itself a signal at the import of one module, or while Python closes down."""
+STARTING = ("cortex_dsl.cli", "cortex_dsl.installation", "cortex_dsl.cli.entry", "engine.errors", "cortex_dsl.lowering")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", [*STARTING, "atexit"])
+def test_interrupted_while_it_starts_and_ends(name: str, number: signal.Signals, left_turn: Path) -> None:
+    """A signal during imports is reported in one line; after the work it ends the process without a word."""
+    command = [sys.executable, "-c", INTERRUPTING, name, str(int(number)), str(left_turn), "--check"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    if name == "atexit":
+        assert (ended.returncode, ended.stderr) == (-number, "")
+    else:
+        assert (ended.returncode, ended.stdout, ended.stderr) == (128 + number, "", "cortexc: interrupted\n")

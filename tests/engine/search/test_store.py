@@ -38,6 +38,7 @@ from engine.search.store import (
 )
 from engine.tables import Floats, Ints
 from tests.engine.search.conftest import assert_equal
+from tests.folders import small_files
 from tests.journals import unchain
 
 CONFIG = SearchConfig(generations=5, population=20, seed=11, rollouts=2, aggregate="q90")
@@ -160,6 +161,19 @@ def test_full_disk_is_a_clear_error(
     assert "--out" in caught.value.cure
     journal.close()
     assert len(read_journal(tmp_path / JOURNAL).generations) == 2
+
+
+@pytest.mark.parametrize("size", [0, 3000, 20_000])
+def test_a_disk_without_space_for_a_journal(
+    size: int, tmp_path: Path, space: ParamSpace, manifests: Callable[..., Manifest]
+) -> None:
+    """Nothing is left, and the cure does not offer to resume."""
+    with small_files(size), pytest.raises(StoreError) as caught:
+        Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
+    assert "free some space" in caught.value.cure
+    assert "resume" not in caught.value.cure
+    assert list(tmp_path.iterdir()) == []
+    Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG)).close()
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from engine.study.execution import perform, perform_all
 from engine.study.plan import Address, Plan, check
 from engine.study.run_records import DamagedBlock, pack, unpack
 from engine.vocabulary import Method
+from tests.folders import small_files
 from tests.journals import reseal
 
 
@@ -245,3 +246,17 @@ def test_a_kept_study_of_version_2(tmp_path: Path) -> None:
     store.close()
     again, old = read_study(folder).records[-1], study.records[-1]
     assert (repr(again.figures), again.course.tobytes()) == (repr(old.figures), old.course.tobytes())
+
+
+@pytest.mark.parametrize("size", [0, 3000, 20_000])
+def test_a_disk_without_space_for_a_study(size: int, plan: Plan, tmp_path: Path) -> None:
+    """Nothing is left, and the cure does not offer to resume; an existing study is kept."""
+    with small_files(size), pytest.raises(StoreError) as caught:
+        StudyStore.create(tmp_path, plan, {})
+    assert "free some space" in caught.value.cure
+    assert "resume" not in caught.value.cure
+    assert list(tmp_path.iterdir()) == []
+    StudyStore.create(tmp_path, plan, {}).close()
+    with pytest.raises(StoreError, match="exists already"):
+        StudyStore.create(tmp_path, plan, {})
+    assert read_study(tmp_path).plan.runs == plan.runs
