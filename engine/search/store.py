@@ -173,7 +173,7 @@ def _is_plain(letter: str) -> bool:
 
 @contextmanager
 def store_errors(path: Path, space: str = SPACE) -> Generator[None]:
-    """Turn errors of the file system or of SQLite about `path` into a StoreError with a cure; `space`: of a full disk."""
+    """Turn errors of the file system or of SQLite about `path` into a StoreError; `space`: the cure for a full disk."""
     try:
         yield
     except OSError as error:

@@ -37,16 +37,17 @@ _TIME = r"(?:\d+ h )?(?:\d+ min )?[\d.,]+ (?:m?s|min|h)"
 DURATIONS = re.compile(
     rf"in {_TIME}, [\d.,]+ a second|[\d.,]+ simulations a second +{_TIME} left|{_TIME} of work"
     rf"|(?<=It took ){_TIME}"
-    r"|(?<=name=\"checksum\" content=\")[0-9a-f]+"  # it covers durations
+    r"|(?<=name=\"checksum\" content=\")[0-9a-f]+"  # it covers durations, as does the seal of a study
+    r"|(?<=name=\"journal\" content=\")[0-9a-f]+"
     r"|(?<=, )[\d.,e-]+ (?:a|per) second"
-    r"|\"(seconds|simulations_per_second|runs_per_second)\": ?\"?[\d.e+-]+\"?"
+    r"|\"(seconds|seconds_per_simulation|simulations_per_second|runs_per_second|jobs)\": ?\"?[\d.e+-]+\"?"
     r"|\"engine\": ?\"[0-9a-f]{16}\""
     r"|\"per_second\": ?(\{[^}]*\}|null|[\d.e+-]+)"
     r"|\"(cortexc|lark|llvmlite|numba|numpy|pymunk|python|scipy)\": ?\"[^\"]*\""
     r"|(?<=versions</th><td>)[^<]*"
     r"|(?<=\.parquet) +[\d.]+ kB"
 )
-"""What no two runs have in common: times, the versions of what is installed, and the digest of the sources."""
+"""What depends on a machine: durations, number of processes, versions of packages, and the digest of the sources."""
 
 ROUNDED = f" (numpy {version('numpy')}, scipy {version('scipy')})"
 """Behind the names of subjects whose last bits differ between versions of these."""

@@ -7,8 +7,7 @@ import signal
 import struct
 import termios
 import time
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +35,7 @@ class Screen:
         self.set_size(60, columns)
         files = [os.ttyname(self.theirs)] * 3
         self.session = server.start(RUN, "repl", *arguments, at=folder, files=files, alone=True, **environment)
-        self.raw = b""
+        self.raw, self.has_ended = b"", False
         self.screen = pyte.Screen(columns, 60)
         self.screen.write_process_input = self.type  # pyright: ignore[reportAttributeAccessIssue]  # pyte asks for it
         self.stream = pyte.ByteStream(self.screen)
@@ -83,6 +82,7 @@ class Screen:
 
     def end(self) -> int:
         """Return the exit status, once the session has ended."""
+        self.has_ended = True
         os.close(self.theirs)
         while self._read(PATIENCE):
             continue
@@ -94,9 +94,19 @@ Start = Callable[..., Screen]
 
 
 @pytest.fixture
-def start(command_server: ForkServer, tmp_path: Path) -> Start:
-    """Start a session with these arguments at a terminal of its own."""
-    return partial(Screen, command_server, tmp_path)
+def start(command_server: ForkServer, tmp_path: Path) -> Iterator[Start]:
+    """Start a session with these arguments at a terminal of its own; one that a failed test has left is killed."""
+    screens: list[Screen] = []
+
+    def begin(*arguments: str, **options: Any) -> Screen:
+        screens.append(Screen(command_server, tmp_path, *arguments, **options))
+        return screens[-1]
+
+    yield begin
+    for screen in screens:
+        if not screen.has_ended:
+            os.kill(screen.session.pid, signal.SIGKILL)
+            screen.end()
 
 
 def test_typing_at_a_terminal(start: Start, tmp_path: Path) -> None:
@@ -151,7 +161,8 @@ def test_a_dumb_terminal(start: Start) -> None:
     screen = start(term="dumb")
     screen.wait("scn>")
     screen.send("behavior Go():\r    wait\r\r", "scn>", 2)
-    screen.send("V * 2\r", "SCN201")
+    screen.send("V * 2\r", "scn>", 3)
+    assert "SCN201" in screen.text
     screen.send(CTRL_C, "scn>", 4)
     screen.send(":list\r", "behavior Go():", 2)
     screen.press_ctrl_d()
