@@ -11,6 +11,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
+import numpy as np
+
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.problems import Mistake
@@ -18,8 +20,9 @@ from cortex_dsl.semantics.quantities.algebra import Operation, Term, maximum, mi
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
 from engine.frozen import frozen
 from engine.opcodes import Op
-from engine.operators import OPERATORS
+from engine.operators import OPERATORS, Operator
 from engine.operators.bounds import EVERYTHING, Domain, Interval
+from engine.operators.intervals import between
 
 # -- parts and values --------------------------------------------------------------------------------------------------
 
@@ -144,10 +147,19 @@ def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int,
             return UNIFORM
         case ir.Apply(op=op) if op in LENGTHS:
             return (0.0, math.inf)
-        case ir.Apply(op=op) if op in OPERATORS and (bounds := OPERATORS[op].bounds) is not None:
-            result = bounds(*within)
+        case ir.Apply(op=op) if op in OPERATORS and op != Op.NORMAL_QUANTILE:
+            result = _of_operator(OPERATORS[op], within)
             return EVERYTHING if math.isnan(result[0] + result[1]) else result
-    return EVERYTHING
+    return EVERYTHING  # also of a normal distribution, whose draws only their resolution keeps between two numbers
+
+
+def _of_operator(row: Operator, within: Sequence[Interval]) -> Interval:
+    """Return the interval of the result of an operator; all numbers if it may be NaN."""
+    if row.bounds is not None:
+        return row.bounds(*within)
+    with np.errstate(all="ignore"):
+        low, high, undefined = row.forward(*(between(*ends, 1) for ends in within))
+    return EVERYTHING if undefined[0] else (float(low[0]), float(high[0]))
 
 
 # -- operations without a value ----------------------------------------------------------------------------------------
