@@ -81,8 +81,8 @@ def shared(function: Function) -> Function:
 
 def deferred(allocates: bool = False) -> Callable[[Function], Function]:
     """Compile like `@shared`, once a program needs it: `engine.host.plan` calls `need`."""
-    options = {} if allocates else {"_nrt": False}
-    return lambda function: _shared(function, options, deferred=True)
+    # An option that is left out is that of the function whose compilation compiles this one.
+    return lambda function: _shared(function, {"_nrt": allocates}, deferred=True)
 
 
 def need(*functions: Callable[..., Any]) -> None:
