@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -29,7 +30,7 @@ from engine.interchange.openscenario import write_trajectories
 from tests.engine.interchange.openscenario.conftest import ROAD, small, with_lights
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-EXPORTED: Sequence[tuple[str, Mapping[str, str]]] = (
+EXPORTED: Sequence[tuple[str, Mapping[str, Any]]] = (
     ("left_turn.scn", {"osc": "1.0"}),
     ("left_turn.scn", {"mode": "maneuver"}),
     ("roads/village.scn", {"osc": "1.1"}),
