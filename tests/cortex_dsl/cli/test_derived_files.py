@@ -128,6 +128,19 @@ def test_files_with_a_checksum(whole: Path, cortexc: Command, tmp_path: Path) ->
     assert f"`{other / 'report.html'}` was made from another journal" in found.said
 
 
+def test_a_page_without_a_place_is_refused_before_it_is_computed(
+    whole: Path, cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page of a run takes minutes: a folder that may not be written is named at once."""
+    run = shutil.copytree(whole, tmp_path / "run")
+    monkeypatch.setattr("cortex_dsl.report.page.run_page.run_page", None)
+    monkeypatch.setattr("cortex_dsl.console.user_files.os.access", lambda place, _: Path(place) != run)
+    refused = cortexc("report", run)
+    assert refused.code == 2
+    assert f"cannot write `{run / 'report.html'}`: `{run}` is not writable" in refused.said
+    assert "--out FILE.html" in refused.said
+
+
 OF_JOURNAL = ("report.html", "verification.json")
 
 
