@@ -211,8 +211,6 @@ def careful_driver(job: Job) -> ir.Block:
 
 def _extent_of_risk(job: Job, other: Actor) -> Extent:
     """Return the greatest distances of a risk, or of an actor ahead behind which the driver does not speed up."""
-    if job.given("latency") is not None:
-        return EVERYWHERE  # the speeds of what is foreseen are older than those known here
     speed = abs(job.speed())
     return Extent(speed * HORIZON + SLACK, (speed + ground_speed(job, other)) * CRITICAL + SLACK)
 
