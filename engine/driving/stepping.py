@@ -36,7 +36,7 @@ from engine.kernels.decision_pages import mark_queried, mark_running
 from engine.kernels.egocentric import WIDTH, write_observation
 from engine.kernels.review import review_slots
 from engine.kernels.rollout import advance
-from engine.kernels.rows import Requested, Results, judge_rows, simulate_rows, start_slots
+from engine.kernels.rows import Requested, Results, Window, judge_rows, simulate_rows, start_slots
 from engine.kernels.run_state import Run, Status
 from engine.kernels.slots import COMMAND_COLUMNS, EMPTY
 from engine.outcomes import Outcomes
@@ -165,14 +165,14 @@ class ParallelRuns:
         self._in_parts(ended[again], self._run_again)
 
     def _in_parts(self, ended: Ints, judge: Callable[[Ints], None]) -> None:
-        def run(first: int, last: int) -> None:
-            for each in range(first, last, AT_ONCE):
-                judge(ended[each : min(each + AT_ONCE, last)])
+        def run(window: Window) -> None:
+            for each in range(window.first, window.last, AT_ONCE):
+                judge(ended[each : min(each + AT_ONCE, window.last)])
 
         if len(ended) > AT_ONCE:
             in_parts(len(ended), self._jobs, run)
         else:
-            run(0, len(ended))
+            run(Window(0, len(ended)))
 
     def _review(self, ended: Ints) -> None:
         run = self._with_lanes(memory(self.program, self.turns)) if self._jobs > 1 else self._run
@@ -199,7 +199,7 @@ class ParallelRuns:
         found.verdict[:] = asked.verdict
         rows = judge_rows if len(self.program.judged) else simulate_rows
         scratch = memory(self.program, self.turns) if self._alone is None else self._alone
-        rows(self._at_once, asked, 0, len(ended), scratch, np.zeros((len(self.program.actors), 3)), found)
+        rows(self._at_once, asked, Window(0, len(ended)), scratch, np.zeros((len(self.program.actors), 3)), found)
         if self._jobs == 1:
             self._alone = scratch
         for array, new in zip(_arrays(self._results), _arrays(found), strict=True):
@@ -239,13 +239,13 @@ class ParallelRuns:
         self._decisions.reserve(self.running, self.samples)
         self._renew_pages()
 
-        def run(first: int, last: int) -> None:
-            advance(self.plan, self._part(first, last), self.turns, True)
+        def run(window: Window) -> None:
+            advance(self.plan, self._part(*window), self.turns, True)
 
         if len(self) > CHUNK and self._jobs > 1:
             in_parts(len(self), self._jobs, run)
         else:
-            run(0, len(self))  # starting threads takes longer than these steps
+            run(Window(0, len(self)))  # starting threads takes longer than these steps
 
     def _renew_pages(self) -> None:
         """Take the pages as they are now: where more are needed, they may move in memory."""

@@ -114,6 +114,26 @@ class GroundContact(NamedTuple):
     """Yaw inertia over mass [m^2]."""
 
 
+class Support(NamedTuple):
+    """A support of a body on the road."""
+
+    offset: float
+    """Position ahead of the centre [m]."""
+    grip: float
+    """Limit of the friction [m/s^2]."""
+    steer: float
+    """Angle of its wheels [rad]."""
+
+
+class Dimensions(NamedTuple):
+    """Length, width, wheelbase, and distance from rear axle to centre of a body [m]."""
+
+    length: float
+    width: float
+    wheelbase: float
+    rear_to_center: float
+
+
 class RigidMotion(NamedTuple):
     """Pose and velocity of a body in the plane: centre [m] and its velocity [m/s], heading [rad] and spin [rad/s]."""
 
@@ -155,12 +175,14 @@ def after_friction(body: RigidMotion, ground: GroundContact, step: float) -> Rig
 def _apply_friction(body: RigidMotion, ground: GroundContact, step: float) -> RigidMotion:
     """Return the velocities after the friction of both supports; 0 below `STILL`."""
     cos, sin = math.cos(body.heading), math.sin(body.heading)
+    rear = Support(ground.rear, ground.rear_grip, 0.0)
+    front = Support(ground.front, ground.front_grip, ground.steer)
     if ground.rolls:
-        body = _apply_axle_friction(body, ground, ground.rear, ground.rear_grip, cos, sin, 0.0, step)
-        body = _apply_axle_friction(body, ground, ground.front, ground.front_grip, cos, sin, ground.steer, step)
+        body = _apply_axle_friction(body, ground, rear, cos, sin, step)
+        body = _apply_axle_friction(body, ground, front, cos, sin, step)
     else:
-        body = _apply_sliding_friction(body, ground, ground.rear, ground.rear_grip, cos, sin, step)
-        body = _apply_sliding_friction(body, ground, ground.front, ground.front_grip, cos, sin, step)
+        body = _apply_sliding_friction(body, ground, rear, cos, sin, step)
+        body = _apply_sliding_friction(body, ground, front, cos, sin, step)
     if body.vx * body.vx + body.vy * body.vy < STILL * STILL and abs(body.spin) < STILL:
         return RigidMotion(body.x, body.y, body.heading, 0.0, 0.0, 0.0)
     return body
@@ -168,32 +190,27 @@ def _apply_friction(body: RigidMotion, ground: GroundContact, step: float) -> Ri
 
 @inlined
 def _apply_axle_friction(
-    body: RigidMotion,
-    ground: GroundContact,
-    offset: float,
-    grip: float,
-    cos: float,
-    sin: float,
-    steer: float,
-    step: float,
+    body: RigidMotion, ground: GroundContact, axle: Support, cos: float, sin: float, step: float
 ) -> RigidMotion:
     """Apply the lateral friction of an axle, and its rolling resistance along the wheels."""
-    turned_cos, turned_sin = math.cos(steer), math.sin(steer)
+    turned_cos, turned_sin = math.cos(axle.steer), math.sin(axle.steer)
     x, y = cos * turned_cos - sin * turned_sin, sin * turned_cos + cos * turned_sin
-    body = _apply_limited_impulse(body, ground, offset * cos, offset * sin, -y, x, grip * step)
-    return _apply_limited_impulse(body, ground, offset * cos, offset * sin, x, y, 0.5 * ground.rolling * step)
+    arm_x, arm_y = axle.offset * cos, axle.offset * sin
+    body = _apply_limited_impulse(body, ground, arm_x, arm_y, -y, x, axle.grip * step)
+    return _apply_limited_impulse(body, ground, arm_x, arm_y, x, y, 0.5 * ground.rolling * step)
 
 
 @inlined
 def _apply_sliding_friction(
-    body: RigidMotion, ground: GroundContact, offset: float, grip: float, cos: float, sin: float, step: float
+    body: RigidMotion, ground: GroundContact, support: Support, cos: float, sin: float, step: float
 ) -> RigidMotion:
     """Apply the friction of a support that slides, against its motion."""
-    x, y = body.vx - body.spin * offset * sin, body.vy + body.spin * offset * cos
+    x, y = body.vx - body.spin * support.offset * sin, body.vy + body.spin * support.offset * cos
     slide = math.hypot(x, y)
     if slide == 0.0:
         return body
-    return _apply_limited_impulse(body, ground, offset * cos, offset * sin, x / slide, y / slide, grip * step)
+    arm_x, arm_y = support.offset * cos, support.offset * sin
+    return _apply_limited_impulse(body, ground, arm_x, arm_y, x / slide, y / slide, support.grip * step)
 
 
 @inlined
@@ -269,25 +286,17 @@ def has_axles(kind: int) -> bool:
 
 @inlined
 def ground_contact(
-    rolls: bool,
-    length: float,
-    width: float,
-    wheelbase: float,
-    rear_to_center: float,
-    friction: float,
-    steer: float,
-    rolling: float,
-    gyration: float,
+    rolls: bool, body: Dimensions, friction: float, steer: float, rolling: float, gyration: float
 ) -> GroundContact:
     """Return the axles with their static loads; supports of bodies without wheels are length / 4 from the centre."""
     grip = friction * GRAVITY
-    inertia = gyration * (length * length + width * width)
-    if not (0.0 < rear_to_center < wheelbase):
-        quarter = 0.25 * length
+    inertia = gyration * (body.length * body.length + body.width * body.width)
+    if not (0.0 < body.rear_to_center < body.wheelbase):
+        quarter = 0.25 * body.length
         return GroundContact(False, -quarter, quarter, 0.5 * grip, 0.5 * grip, 0.0, 0.0, inertia)
-    ahead = wheelbase - rear_to_center
-    rear, front = grip * ahead / wheelbase, grip * rear_to_center / wheelbase
-    return GroundContact(rolls, -rear_to_center, ahead, rear, front, rolling * GRAVITY, steer, inertia)
+    ahead = body.wheelbase - body.rear_to_center
+    rear, front = grip * ahead / body.wheelbase, grip * body.rear_to_center / body.wheelbase
+    return GroundContact(rolls, -body.rear_to_center, ahead, rear, front, rolling * GRAVITY, steer, inertia)
 
 
 class MotionSegment(IntEnum):
@@ -523,10 +532,12 @@ def integrate_segment(plan: Plan, run: Run, actor: int, steer: float, duration: 
 def _ground_contact(plan: Plan, run: Run, actor: int, steer: float) -> GroundContact:
     return ground_contact(
         has_axles(plan.kinds[actor]),
-        column_of(plan, run, actor, Column.LENGTH),
-        column_of(plan, run, actor, Column.WIDTH),
-        column_of(plan, run, actor, Column.WHEELBASE),
-        column_of(plan, run, actor, Column.REAR_TO_CENTER),
+        Dimensions(
+            column_of(plan, run, actor, Column.LENGTH),
+            column_of(plan, run, actor, Column.WIDTH),
+            column_of(plan, run, actor, Column.WHEELBASE),
+            column_of(plan, run, actor, Column.REAR_TO_CENTER),
+        ),
         column_of(plan, run, actor, Column.FRICTION),
         steer,
         plan.layout.rolling,
@@ -705,16 +716,23 @@ def _approaching_contacts(plan: Plan, run: Run, sample: int, part: float, bodies
         for other in range(one + 1, reachable_bodies_end(plan, run, one)):
             if not is_impact_body(run, sample, other) or cannot_reach(plan, run, here, here, other, part, part):
                 continue
-            if _is_approaching(plan, run, part, one, other, bodies, contacts, count):
+            if _is_approaching(plan, run, Encounter(part, one, other), bodies, contacts, count):
                 count += 1
     return count
 
 
+class Encounter(NamedTuple):
+    """Two bodies at a part of the step."""
+
+    part: float
+    one: int
+    other: int
+
+
 @inlined
-def _is_approaching(
-    plan: Plan, run: Run, part: float, one: int, other: int, bodies: Floats, contacts: Floats, row: int
-) -> bool:
+def _is_approaching(plan: Plan, run: Run, encounter: Encounter, bodies: Floats, contacts: Floats, row: int) -> bool:
     """Return True if two bodies touch and approach; write their contact into a row in either case."""
+    part, one, other = encounter
     first, second = frame(outline_on_segment(plan, run, one, part)), frame(outline_on_segment(plan, run, other, part))
     # Slightly more than the distance at which the search stops, which rounds the same positions differently.
     if nearest_points(first, second).distance > 1.5 * TOUCH:
@@ -880,12 +898,12 @@ def _next_approach(plan: Plan, run: Run, part: float, one: int, other: int, bodi
     motion = relative_motion(a0, a1, b0, b1)
     fraction = 0.0
     for _ in range(MAX_LOOKS):
-        nearest = probe(a0, b0, motion, fraction).nearest
+        nearest = probe(motion, fraction).nearest
         if nearest.distance < TOUCH:
             now = part + fraction * (1.0 - part)
             write_body_state(plan, run, one, now, bodies)
             write_body_state(plan, run, other, now, bodies)
-            if _is_approaching(plan, run, now, one, other, bodies, contacts, 0):
+            if _is_approaching(plan, run, Encounter(now, one, other), bodies, contacts, 0):
                 return now
             if fraction >= 1.0:
                 return NEVER
