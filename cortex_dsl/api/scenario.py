@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
-    from engine.driving.environment import Environment
+    from engine.environment import Environment
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
@@ -144,7 +144,7 @@ class Scenario:
         `egocentric`.
         """
         from engine.driving.beside import others_of
-        from engine.driving.environment import Environment, Episodes
+        from engine.environment import Environment, Episodes
 
         n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
         arguments.one_of("observe", observe, OBSERVABLE)

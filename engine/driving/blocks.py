@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.assessment import take
 from engine.config import ActorDriver, Config, ContactConfig, SimulationConfig
 from engine.driving.asking import Answer, DriverHistory, query_with_retries
 from engine.driving.controllers import ControllerSlot, fault_of, seats_of, settled
@@ -25,7 +26,6 @@ from engine.host import coasting, empty_results, outcomes, requested
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.streams import scene_in_words
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import RECORDS, Verdict

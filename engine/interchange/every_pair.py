@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.errors import InterchangeError, cited
 from engine.host import pair_arrays
-from engine.interchange.contract import InterchangeError, cited
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.road_levels import LEVEL

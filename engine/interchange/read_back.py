@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from engine.interchange.contract import OURS, Finding, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import OURS, Finding
 from engine.interchange.measuring import measure
 from engine.interchange.recording import RecordedCase, Recording
 from engine.outcomes import PAIRS, Outcomes

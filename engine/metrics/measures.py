@@ -20,7 +20,7 @@ from engine.tables import A_BUILDING, Floats
 from engine.vocabulary import ActorKind
 
 if TYPE_CHECKING:
-    from engine.world.impacts import Impact
+    from engine.scenes import Impact
 
 
 @dataclass(frozen=True)

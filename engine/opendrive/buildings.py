@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterator, Sequence
 
-from engine.interchange.contract import cited, quoted
-from engine.interchange.xml import Node
+from engine.errors import cited, quoted
 from engine.opendrive.curves import Pose
+from engine.xml import Node
 
 OVERHEAD = 4.0
 """Height from which on a building is overhead [m]: the greatest height of a truck (Directive 96/53/EC, annex I)."""

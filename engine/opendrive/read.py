@@ -11,9 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, quoted
-from engine.interchange.unread import unread
-from engine.interchange.xml import LIMITS, Limits, Node, read_xml
+from engine.errors import InterchangeError, quoted
 from engine.opendrive.buildings import building_row, on_buildings, road_buildings
 from engine.opendrive.curves import Piece, read_piece
 from engine.opendrive.links import (
@@ -29,6 +27,8 @@ from engine.opendrive.sides import whole_sections
 from engine.opendrive.signals import Signals, counting, road_signals, signal_remarks
 from engine.opendrive.speeds import lane_speeds, road_speeds
 from engine.tables import Floats
+from engine.unread import unread
+from engine.xml import LIMITS, Limits, Node, read_xml
 
 MOST_LANES = 100
 """Maximum number of lanes of one section, both sides together."""

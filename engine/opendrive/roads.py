@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, name_cure
-from engine.interchange.unread import Kind, not_read
+from engine.errors import InterchangeError, name_cure
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.links import OdrConnection, OdrEnd
 from engine.opendrive.signals import OdrSignal
 from engine.opendrive.speeds import SpeedFrom
 from engine.tables import Floats
+from engine.unread import Kind, not_read
 
 BEYOND = 1e-3
 """Distance beyond the end of a road at which it is still accepted [m]: files round lengths, too."""

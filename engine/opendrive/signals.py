@@ -4,8 +4,8 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import NamedTuple
 
-from engine.interchange.contract import InterchangeError
-from engine.interchange.xml import Node
+from engine.errors import InterchangeError
+from engine.xml import Node
 
 
 class OdrSignal(NamedTuple):

@@ -20,10 +20,11 @@ from engine.kernels.impacts.motion import PULSE, STILL, MotionSegment
 from engine.kernels.pair import swung
 from engine.kernels.rollout import advance
 from engine.kernels.run_state import HOSTED, POST_IMPACT, Memory, Plan, Run, Status
+from engine.scenes import Impact
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 from engine.world.bodies import Physique, new_space, rub, solid, wall
-from engine.world.impacts import Impact, Recorder
+from engine.world.impacts import Recorder
 
 FIRST = 1e-4
 """Length of substeps in the step of contact [s]."""

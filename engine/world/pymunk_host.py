@@ -21,12 +21,12 @@ from engine.kernels.run_state import Plan, Run, Status
 from engine.metrics import Recorded, recorded
 from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Scenes, Trajectory
+from engine.scenes import Impact, Scenes, Trajectory
 from engine.tables import Floats
 from engine.vocabulary import EndReason, State, Verdict
 from engine.world.aftermath import follow_contact
 from engine.world.bodies import carrier, carry, new_space, physiques
-from engine.world.impacts import Impact, impacts_among_others
+from engine.world.impacts import impacts_among_others
 
 # -- the timeline of a run ---------------------------------------------------------------------------------------------
 

@@ -26,10 +26,10 @@ from engine.interchange.openscenario.surroundings import add_environment, remark
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.own_metadata import of_samples
 from engine.interchange.recording import MOST_ACTORS, RecordedActor, Recording, SignalTimes
-from engine.interchange.xml import LIMITS, MEGABYTE
 from engine.interchange.xml_writing import Element, child, xml_text
 from engine.tables import Floats
 from engine.vocabulary import State
+from engine.xml import LIMITS, MEGABYTE
 
 # -- one stretch of motion as a timed polyline -------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, cited
+from engine.errors import InterchangeError, cited
 from engine.interchange.motion import Motion, pieces_of
 from engine.interchange.tables.columns import SLIDES, Cells
 from engine.interchange.tables.heading_sense import aside, misread, offset_of, straight_offsets

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.interchange.contract import Export, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export
 from engine.interchange.kinds import KINDS
 from engine.interchange.motion import across, along, rates
 from engine.interchange.recording import Recording

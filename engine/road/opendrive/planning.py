@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.frozen import frozen
-from engine.interchange.contract import InterchangeError
-from engine.interchange.unread import not_read
 from engine.maps import digest_of
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.speeds import limit_at
@@ -29,6 +28,7 @@ from engine.road.opendrive.surfaces import (
 from engine.road.paths import Primitive
 from engine.road.regions import Shape
 from engine.tables import Floats
+from engine.unread import not_read
 
 SAME = 1e-6
 """Distance below which points are equal [m]."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine.assessment import Evaluate
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.choices import choice_names, drawn_lanes
 from engine.config import Config
@@ -15,7 +16,6 @@ from engine.program import ParamSpace, Program, VariantLabel
 from engine.risk import PROFILES
 from engine.road import build_network
 from engine.sampling import sample
-from engine.search.assessment import Evaluate
 from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partners
 from engine.search.evaluator import make_blaming, make_evaluator
 from engine.search.insight.clusters import Cluster, clusters

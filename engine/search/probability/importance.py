@@ -22,9 +22,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.assessment import Evaluate
 from engine.portable import cholesky, exp, log, product, solved
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import (
     MOST_DRIVEN,
     NOT_KNOWN,

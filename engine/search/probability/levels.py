@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.assessment import Evaluate
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import Count, Judge, Withheld
 from engine.search.probability.scores import Score, nearness
 from engine.streams import key_rows, operator_generator

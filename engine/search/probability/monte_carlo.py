@@ -23,11 +23,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.assessment import Evaluate, take
 from engine.config import Config
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
-from engine.search.assessment import Evaluate, take
 from engine.search.probability.estimates import (
     CONDITIONS,
     JOINT,

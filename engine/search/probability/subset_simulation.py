@@ -18,8 +18,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from engine.assessment import Evaluate
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import (
     MOST_DRIVEN,
     NOT_KNOWN,

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from engine.config import ContactConfig
 from engine.kernels.impacts.motion import PULSE
+from engine.scenes import Impact
 from engine.vehicles import CAR, MODELS
 from engine.vocabulary import ActorKind, Column
 from engine.world.bodies import Physique, new_space, physique, rub, solid
-from engine.world.impacts import Impact, Recorder, clock_position
+from engine.world.impacts import Recorder, clock_position
 from tests.laws import examples
 
 SUBSTEP = 0.0025

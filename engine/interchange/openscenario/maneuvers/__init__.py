@@ -10,7 +10,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from engine.interchange.contract import Export, ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export, ExportOptions
 from engine.interchange.opendrive import RoadMap
 from engine.interchange.openscenario.document import (
     ParameterDeclaration,

@@ -9,7 +9,7 @@ triggers that exclude each other and the phases, need no order.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.openscenario.document import (
     AT_ONCE,
     literal,

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.errors import InterchangeError, name_cure, quoted
 from engine.interchange.after_contact import FACT, up_to_contact
-from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.openscenario.read.actions import (
     TimedAction,
     condition_name,
@@ -31,11 +31,11 @@ from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
 from engine.interchange.road_levels import LEVEL, level_notes
-from engine.interchange.unread import unread_elements
-from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrNetwork
+from engine.unread import unread_elements
 from engine.vocabulary import State
+from engine.xml import LIMITS, NUMBER, Limits, Node, read_xml
 
 # -- actions in order of time: a track for each entity, and remarks on omissions of a replay ---------------------------
 

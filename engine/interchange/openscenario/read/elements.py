@@ -1,4 +1,4 @@
-"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all other elements."""
+"""Names of the elements of a scenario that this reader reads; `engine.unread` notes all other elements."""
 
 from collections.abc import Collection, Mapping
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.maps import MapFile
 from engine.road import Network, build_network
 from engine.road.arrays import road_tables

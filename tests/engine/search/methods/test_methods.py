@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from engine.assessment import Assessment, Evaluate
 from engine.config import Config, SearchConfig
 from engine.extras import MissingExtraError
 from engine.kernels.elimination import eliminate
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate
 from engine.search.campaign import Campaign
 from engine.search.methods import failure_kinds
 from engine.search.methods.best_first import BestFirst, rarity

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.arguments import whole
+from engine.assessment import take
 from engine.config import Config
 from engine.control import Action, Control
 from engine.driving.beside import number_of, seats_beside
@@ -28,7 +29,6 @@ from engine.program import Program
 from engine.risk import PROFILES, assess, scores
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.search.objectives import Objective, Runs, objectives
 from engine.search.protocol import ObjectiveSpec
 from engine.streams import StreamKey, key_rows
