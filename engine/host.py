@@ -16,6 +16,7 @@ from engine.config import ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
 from engine.handles import Handle, Slots
+from engine.judged import NAMED_RESULTS
 from engine.kernels.actuation import slide
 from engine.kernels.crossing import Foresight
 from engine.kernels.evaluate import geometry_kernels
@@ -33,7 +34,6 @@ from engine.kernels.rows import Requested, Results, Window
 from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
 from engine.kernels.senses import DEFERRED
 from engine.kernels.slots import continue_run, leave_run, note_commands
-from engine.named_results import NAMED_RESULTS
 from engine.opcodes import Op
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program

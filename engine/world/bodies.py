@@ -159,7 +159,8 @@ def rub(
     are braked.
     """
     rolls = steer is not None
-    supports = actor.supports._replace(rolls=rolls, steer=steer or 0.0, rolling=resistance * GRAVITY)
+    front = actor.supports.front._replace(steer=steer or 0.0)
+    supports = actor.supports._replace(rolls=rolls, front=front, rolling=resistance * GRAVITY)
     (x, y), velocity = body.position, body.velocity
     after = after_friction(
         RigidMotion(x, y, body.angle, velocity.x, velocity.y, body.angular_velocity), supports, duration

@@ -95,34 +95,28 @@ GRIPS = 0.05
 """Lateral speed of an axle at which its tyres grip again [m/s]."""
 
 
+class Support(NamedTuple):
+    """A support of a body on the road."""
+
+    offset: float
+    """Position ahead of the centre [m]; negative at the rear."""
+    grip: float
+    """Limit of the friction: mu g times the share of the weight on the support [m/s^2]."""
+    steer: float
+    """Angle of its wheels [rad]."""
+
+
 class GroundContact(NamedTuple):
     """Supports of a body on the road: two axles, or two points that slide; forces per unit of mass."""
 
     rolls: bool
     """True: the supports are axles; False: they slide in every direction."""
-    rear: float
-    """Position of the rear support ahead of the centre [m]; negative."""
-    front: float
-    rear_grip: float
-    """Limit of the friction: mu g times the share of the weight on the support [m/s^2]."""
-    front_grip: float
+    rear: Support
+    front: Support
     rolling: float
     """Deceleration of rolling [m/s^2]."""
-    steer: float
-    """Angle of the front wheels [rad]."""
     gyration: float
     """Yaw inertia over mass [m^2]."""
-
-
-class Support(NamedTuple):
-    """A support of a body on the road."""
-
-    offset: float
-    """Position ahead of the centre [m]."""
-    grip: float
-    """Limit of the friction [m/s^2]."""
-    steer: float
-    """Angle of its wheels [rad]."""
 
 
 class Dimensions(NamedTuple):
@@ -175,14 +169,12 @@ def after_friction(body: RigidMotion, ground: GroundContact, step: float) -> Rig
 def _apply_friction(body: RigidMotion, ground: GroundContact, step: float) -> RigidMotion:
     """Return the velocities after the friction of both supports; 0 below `STILL`."""
     cos, sin = math.cos(body.heading), math.sin(body.heading)
-    rear = Support(ground.rear, ground.rear_grip, 0.0)
-    front = Support(ground.front, ground.front_grip, ground.steer)
     if ground.rolls:
-        body = _apply_axle_friction(body, ground, rear, cos, sin, step)
-        body = _apply_axle_friction(body, ground, front, cos, sin, step)
+        body = _apply_axle_friction(body, ground, ground.rear, cos, sin, step)
+        body = _apply_axle_friction(body, ground, ground.front, cos, sin, step)
     else:
-        body = _apply_sliding_friction(body, ground, rear, cos, sin, step)
-        body = _apply_sliding_friction(body, ground, front, cos, sin, step)
+        body = _apply_sliding_friction(body, ground, ground.rear, cos, sin, step)
+        body = _apply_sliding_friction(body, ground, ground.front, cos, sin, step)
     if body.vx * body.vx + body.vy * body.vy < STILL * STILL and abs(body.spin) < STILL:
         return RigidMotion(body.x, body.y, body.heading, 0.0, 0.0, 0.0)
     return body
@@ -241,15 +233,15 @@ def wheels_grip(body: RigidMotion, ground: GroundContact) -> bool:
         return False
     cos, sin = math.cos(body.heading), math.sin(body.heading)
     ahead, aside = body.vx * cos + body.vy * sin, body.vy * cos - body.vx * sin
-    rear = aside + body.spin * ground.rear
-    front = (aside + body.spin * ground.front) * math.cos(ground.steer) - ahead * math.sin(ground.steer)
+    rear, steer = aside + body.spin * ground.rear.offset, ground.front.steer
+    front = (aside + body.spin * ground.front.offset) * math.cos(steer) - ahead * math.sin(steer)
     bend = ahead * ahead * abs(_curvature(ground))
-    return abs(rear) <= GRIPS and abs(front) <= GRIPS and bend <= ground.rear_grip + ground.front_grip
+    return abs(rear) <= GRIPS and abs(front) <= GRIPS and bend <= ground.rear.grip + ground.front.grip
 
 
 @inlined
 def _curvature(ground: GroundContact) -> float:
-    return math.tan(ground.steer) / (ground.front - ground.rear)
+    return math.tan(ground.front.steer) / (ground.front.offset - ground.rear.offset)
 
 
 @kernel
@@ -262,15 +254,15 @@ def roll(body: RigidMotion, ground: GroundContact, duration: float) -> RigidMoti
     curvature = _curvature(ground)
     sinc, half_sin, half_cos = small_turn(0.5 * way * curvature)
     heading = body.heading + way * curvature
-    x, y = body.x + ground.rear * cos, body.y + ground.rear * sin
+    x, y = body.x + ground.rear.offset * cos, body.y + ground.rear.offset * sin
     x += way * sinc * (cos * half_cos - sin * half_sin)
     y += way * sinc * (sin * half_cos + cos * half_sin)
     cos, sin = math.cos(heading), math.sin(heading)
     spin = slower * curvature
-    swing = -ground.rear * spin
+    swing = -ground.rear.offset * spin
     return RigidMotion(
-        x - ground.rear * cos,
-        y - ground.rear * sin,
+        x - ground.rear.offset * cos,
+        y - ground.rear.offset * sin,
         heading,
         slower * cos - swing * sin,
         slower * sin + swing * cos,
@@ -292,11 +284,12 @@ def ground_contact(
     grip = friction * GRAVITY
     inertia = gyration * (body.length * body.length + body.width * body.width)
     if not (0.0 < body.rear_to_center < body.wheelbase):
-        quarter = 0.25 * body.length
-        return GroundContact(False, -quarter, quarter, 0.5 * grip, 0.5 * grip, 0.0, 0.0, inertia)
+        at, half = 0.25 * body.length, 0.5 * grip
+        return GroundContact(False, Support(-at, half, 0.0), Support(at, half, 0.0), 0.0, inertia)
     ahead = body.wheelbase - body.rear_to_center
-    rear, front = grip * ahead / body.wheelbase, grip * body.rear_to_center / body.wheelbase
-    return GroundContact(rolls, -body.rear_to_center, ahead, rear, front, rolling * GRAVITY, steer, inertia)
+    rear = Support(-body.rear_to_center, grip * ahead / body.wheelbase, 0.0)
+    front = Support(ahead, grip * body.rear_to_center / body.wheelbase, steer)
+    return GroundContact(rolls, rear, front, rolling * GRAVITY, inertia)
 
 
 class MotionSegment(IntEnum):
@@ -518,7 +511,19 @@ def integrate_segment(plan: Plan, run: Run, actor: int, steer: float, duration: 
         segment[MotionSegment.SPIN0],
     )
     if body.vx != 0.0 or body.vy != 0.0 or body.spin != 0.0:
-        ground = _ground_contact(plan, run, actor, steer)
+        ground = ground_contact(
+            has_axles(plan.kinds[actor]),
+            Dimensions(
+                column_of(plan, run, actor, Column.LENGTH),
+                column_of(plan, run, actor, Column.WIDTH),
+                column_of(plan, run, actor, Column.WHEELBASE),
+                column_of(plan, run, actor, Column.REAR_TO_CENTER),
+            ),
+            column_of(plan, run, actor, Column.FRICTION),
+            steer,
+            plan.layout.rolling,
+            plan.gyration[actor],
+        )
         if segment[MotionSegment.ROLLING] != 0.0 or wheels_grip(body, ground):
             body = roll(body, ground, duration)
             segment[MotionSegment.ROLLING] = 1.0
@@ -526,23 +531,6 @@ def integrate_segment(plan: Plan, run: Run, actor: int, steer: float, duration: 
             body = coast(body, ground, duration)
     segment[MotionSegment.X1], segment[MotionSegment.Y1], segment[MotionSegment.HEADING1] = body.x, body.y, body.heading
     segment[MotionSegment.VX1], segment[MotionSegment.VY1], segment[MotionSegment.SPIN1] = body.vx, body.vy, body.spin
-
-
-@inlined
-def _ground_contact(plan: Plan, run: Run, actor: int, steer: float) -> GroundContact:
-    return ground_contact(
-        has_axles(plan.kinds[actor]),
-        Dimensions(
-            column_of(plan, run, actor, Column.LENGTH),
-            column_of(plan, run, actor, Column.WIDTH),
-            column_of(plan, run, actor, Column.WHEELBASE),
-            column_of(plan, run, actor, Column.REAR_TO_CENTER),
-        ),
-        column_of(plan, run, actor, Column.FRICTION),
-        steer,
-        plan.layout.rolling,
-        plan.gyration[actor],
-    )
 
 
 @inlined
@@ -761,18 +749,10 @@ def _mark_overlaps(plan: Plan, run: Run, sample: int) -> None:
             continue
         run.actors[one, Memory.INSIDE] = 0.0
         for other in range(1, len(plan.kinds)):
-            if (
-                other != one
-                and run.states[sample, other, State.PRESENT] != 0.0
-                and _overlap(plan, run, sample, one, other)
-            ):
-                run.actors[one, Memory.INSIDE] = run.actors[other, Memory.INSIDE] = 1.0
-
-
-@inlined
-def _overlap(plan: Plan, run: Run, sample: int, one: int, other: int) -> bool:
-    here, there = outline_of(plan, run, sample, one), outline_of(plan, run, sample, other)
-    return contact_geometry(frame(here), frame(there)).gap < -FLAT
+            if other != one and run.states[sample, other, State.PRESENT] != 0.0:
+                here, there = outline_of(plan, run, sample, one), outline_of(plan, run, sample, other)
+                if contact_geometry(frame(here), frame(there)).gap < -FLAT:
+                    run.actors[one, Memory.INSIDE] = run.actors[other, Memory.INSIDE] = 1.0
 
 
 @inlined

@@ -34,8 +34,7 @@ from engine.search.probability.estimates import (
     around,
     checked_samples,
 )
-from engine.search.probability.levels import Chains, Level, climb, joined, next_level
-from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.levels import DISTANCE, Chains, Level, Score, climb, joined, next_level
 from engine.search.statistics import Interval
 from engine.tables import Bools, Floats, Ints
 

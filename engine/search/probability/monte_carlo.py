@@ -41,7 +41,7 @@ from engine.search.probability.estimates import (
 )
 from engine.search.probability.importance import LEAST as LEAST_IMPORTANCE
 from engine.search.probability.importance import importance_sampling
-from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.levels import DISTANCE, Score
 from engine.search.probability.subset_simulation import LEAST as LEAST_SUBSET
 from engine.search.probability.subset_simulation import subset_simulation
 from engine.search.statistics import clopper_pearson

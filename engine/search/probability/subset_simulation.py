@@ -29,8 +29,7 @@ from engine.search.probability.estimates import (
     around,
     checked_samples,
 )
-from engine.search.probability.levels import Chains, Climb, climb
-from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.levels import DISTANCE, Chains, Climb, Score, climb
 from engine.search.statistics import Interval
 from engine.tables import Floats
 

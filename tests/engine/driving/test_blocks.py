@@ -15,8 +15,7 @@ from engine import batch, host
 from engine.assessment import take
 from engine.control import columns
 from engine.driving import stepping
-from engine.driving.asking import HOPELESS
-from engine.driving.blocks import Driven, Driver
+from engine.driving.blocks import HOPELESS, Driven, Driver
 from engine.driving.decisions import is_reproducible
 from engine.driving.observations import EGOCENTRIC
 from engine.driving.stepping import ParallelRuns

@@ -249,5 +249,7 @@ def test_axle_loads_add_up_to_the_weight() -> None:
     for kind in ActorKind:
         one = actor(kind)
         rests = one.supports
-        assert rests.rear_grip + rests.front_grip == pytest.approx(9.81)
-        assert rests.rear_grip * rests.rear + rests.front_grip * rests.front == pytest.approx(0.0, abs=1e-9)
+        assert rests.rear.grip + rests.front.grip == pytest.approx(9.81)
+        assert rests.rear.grip * rests.rear.offset + rests.front.grip * rests.front.offset == pytest.approx(
+            0.0, abs=1e-9
+        )
