@@ -15,7 +15,6 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from engine.arguments import whole
 from engine.assessment import take
 from engine.config import ActorDriver, Config
 from engine.control import Action, Control
@@ -23,7 +22,7 @@ from engine.driving.controllers import ControllerSlot, checked, meant, seats_of
 from engine.driving.named import driver_of
 from engine.driving.observations import observed
 from engine.driving.stepping import ParallelRuns
-from engine.errors import ArgumentError, CortexError, nearest
+from engine.errors import ArgumentError, CortexError, nearest, whole
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES, assess, scores

@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from functools import lru_cache
 from heapq import nlargest
 from itertools import islice
+from operator import index
 from pathlib import Path
 from typing import Any
 
@@ -243,3 +244,26 @@ def name_cure(word: str, names: Iterable[str]) -> str:
     rest = " and others" if len(choices) > MOST_CHOICES else ""
     verb = "is" if len(choices) == 1 else "are"
     return f"there {verb} " + ", ".join(f"`{name}`" for name in choices[:MOST_CHOICES]) + rest
+
+
+# -- checks of arguments of Python calls -------------------------------------------------------------------------------
+
+LEFT_OUT = "leave it out for the default"
+
+
+def whole(name: str, value: object, least: int) -> int:
+    """Return the value if it is a whole number (Python or numpy) of at least `least`.
+
+    Raises:
+        ArgumentKindError: it is none.
+        ArgumentError: it is below `least`.
+    """
+    try:
+        number = None if isinstance(value, bool) else index(value)  # type: ignore[arg-type]
+    except TypeError:  # an array of several has the method, too
+        number = None
+    if number is None:
+        raise ArgumentKindError(f"{name}: expected a whole number, got {value!r}", LEFT_OUT)
+    if number < least:
+        raise ArgumentError(f"{name}: expected {least} or more, got {number}", LEFT_OUT)
+    return number

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from engine.metrics.bodies import Body, usual_body
-from engine.metrics.encounters import Encounter
-from engine.metrics.spans import span_of, time_step
+from engine.metrics.encounters import Encounter, span_of, time_step
 from engine.metrics.table import OF_ACTORS, OF_PAIRS
 from engine.outcomes import PAIRS, Outcomes
 from engine.program import Program

@@ -16,7 +16,6 @@ from types import MappingProxyType
 import numpy as np
 
 from engine.errors import InterchangeError, quoted
-from engine.opendrive.buildings import building_row, on_buildings, road_buildings
 from engine.opendrive.curves import Piece, read_piece
 from engine.opendrive.links import (
     COMMON,
@@ -26,9 +25,16 @@ from engine.opendrive.links import (
     lane_end,
     road_end,
 )
-from engine.opendrive.roads import BEYOND, Cubic, OdrLane, OdrNetwork, OdrRoad, OdrSection
-from engine.opendrive.signals import Signals, counting, road_signals, signal_remarks
-from engine.opendrive.speeds import lane_speeds, road_speeds
+from engine.opendrive.near_roads import (
+    Signals,
+    building_row,
+    counting,
+    on_buildings,
+    road_buildings,
+    road_signals,
+    signal_remarks,
+)
+from engine.opendrive.roads import BEYOND, Cubic, OdrLane, OdrNetwork, OdrRoad, OdrSection, lane_speeds, road_speeds
 from engine.tables import Floats
 from engine.unread import unread
 from engine.xml import LIMITS, Limits, Node, read_xml

@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 
-from engine.road.kept import kept
-from engine.road.network import Lane, Network, RoadSign
+from engine.road.network import Lane, Network, RoadSign, kept
 
 
 @kept

@@ -4,10 +4,12 @@
 resolves. Elements are equal only if they are identical.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -375,3 +377,21 @@ class Network:
     def arms(self) -> int:
         """Return the numbers of arms that an intersection may have; lights are numbered by arms."""
         return max([4, *(len(intersection.legs) for intersection in self.intersections)])
+
+
+# -- results kept for the lifetime of a network ------------------------------------------------------------------------
+
+Found = TypeVar("Found")
+
+
+def kept(find: Callable[[Network], Found]) -> Callable[[Network], Found]:
+    """Return `find` with a cache per network. A result must not refer to its network, or both are never freed."""
+    found: WeakKeyDictionary[Network, Found] = WeakKeyDictionary()
+
+    @wraps(find)
+    def asked(network: Network) -> Found:
+        if network not in found:
+            found[network] = find(network)
+        return found[network]
+
+    return asked

@@ -16,7 +16,7 @@ from engine.interchange.commonroad.write import VEHICLES
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.opendrive.buildings import LARGEST_BUILDING
+from engine.opendrive.near_roads import LARGEST_BUILDING
 from engine.unread import unread_elements
 from engine.vocabulary import ActorKind
 from engine.xml import Limits, Node, read_xml

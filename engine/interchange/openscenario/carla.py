@@ -17,13 +17,13 @@ import numpy as np
 
 from engine.interchange.contract import Export, ExportOptions
 from engine.interchange.openscenario.document import (
+    add_environment,
     plain_name,
     start_speed,
     stop_trigger,
     teleport,
     time_trigger,
 )
-from engine.interchange.openscenario.surroundings import add_environment
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.openscenario.write import (
     Stretch,

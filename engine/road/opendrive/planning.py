@@ -17,8 +17,7 @@ from engine.errors import InterchangeError
 from engine.frozen import frozen
 from engine.maps import digest_of
 from engine.opendrive.read import read_opendrive
-from engine.opendrive.roads import OdrRoad, value_at
-from engine.opendrive.speeds import limit_at
+from engine.opendrive.roads import OdrRoad, limit_at, value_at
 from engine.road.network import Lines
 from engine.road.opendrive.drawing import DrawnLane, drawn
 from engine.road.opendrive.lanes import THROUGH, FileLane, Part

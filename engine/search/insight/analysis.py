@@ -9,10 +9,9 @@ import numpy as np
 
 from engine.assessment import Evaluate
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
-from engine.choices import choice_names, drawn_lanes
 from engine.config import Config
 from engine.driving.blocks import can_be_driven, redriven
-from engine.program import ParamSpace, Program, VariantLabel
+from engine.program import ParamSpace, Program, VariantLabel, choice_names, drawn_lanes
 from engine.risk import PROFILES
 from engine.road import build_network
 from engine.sampling import sample

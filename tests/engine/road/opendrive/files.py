@@ -9,7 +9,7 @@ from types import MappingProxyType
 from engine.maps import digest_of
 from engine.road.network import Network
 from engine.road.opendrive.linking import Links
-from engine.road.opendrive.network import built
+from engine.road.opendrive.making import built
 from engine.road.opendrive.planning import Plan, plan_of
 
 EXAMPLES = Path(__file__).parents[4] / "examples" / "roads"

@@ -12,8 +12,8 @@ from engine.maps import MapFile
 from engine.road import Network, build_network
 from engine.road.arrays import road_tables
 from engine.road.network import RoadSign
+from engine.road.opendrive import making as maker
 from engine.road.opendrive import network
-from engine.road.opendrive import network as maker
 from engine.road.opendrive.contents import from_bytes, packed, to_bytes, unpacked
 from engine.road.opendrive.network import contents_of, map_file
 from engine.road.opendrive.planning import plan_of
