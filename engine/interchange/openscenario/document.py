@@ -4,8 +4,8 @@ entities, written inline, without catalogs and 3D models, which a different mach
 The reference point of a vehicle is the middle of its rear axle on the ground (ASAM OpenSCENARIO XML, User Guide, on
 coordinate systems), so the centre of its bounding box is ahead of it.
 
-The weather of a recording is an `EnvironmentAction`: grip as a factor, sight as the range of fog. Version 1.0 requires a
-whole environment: a time of day, a sun and precipitation. Without data it is a clear noon.
+The weather of a recording is an `EnvironmentAction`: grip as a factor, sight as the range of fog. Version 1.0 requires
+a whole environment: a time of day, a sun and precipitation. Without data it is a clear noon.
 """
 
 import re
