@@ -253,7 +253,7 @@ class Stack:
     def _answer(self, running: Process, question: Sequence[NDArray[Any]], size: int, limit: float) -> bytes:
         """Send a question, and return its answer of `size` bytes from the pipe."""
         self._nothing_left(running, size)
-        answer = self._exchange(running, [_bytes(each) for each in question], size, limit)
+        answer = self._exchange(running, [np.ascontiguousarray(each).data.cast("B") for each in question], size, limit)
         running.questions += 1
         self._starts, self._fresh[:] = 0, False
         return answer
@@ -402,11 +402,6 @@ class Stack:
             if text
             else "; it printed nothing"
         )
-
-
-def _bytes(array: NDArray[Any]) -> memoryview:
-    """Return the bytes of an array, without a copy if it is contiguous."""
-    return np.ascontiguousarray(array).data.cast("B")
 
 
 def _asked_for(size: int, error: Exception) -> str:

@@ -233,13 +233,15 @@ def program_file(folder: Path, number: int) -> Path:
 
 def _scenario_rows(plan: Plan) -> Sequence[tuple[Any, ...]]:
     return [
-        (number, subject.name, subject.file, _manifest_json(plan, subject), subject.program.digest)
+        (
+            number,
+            subject.name,
+            subject.file,
+            json_text(plan.manifest(subject, plan.methods[0]).stored()),
+            subject.program.digest,
+        )
         for number, subject in enumerate(plan.subjects)
     ]
-
-
-def _manifest_json(plan: Plan, subject: Subject) -> str:
-    return json_text(plan.manifest(subject, plan.methods[0]).stored())
 
 
 # -- reading -----------------------------------------------------------------------------------------------------------
