@@ -183,7 +183,7 @@ class Reducer(IntEnum):
     TOTAL = 4
     """Its integral over time."""
     RESULT = 5
-    """A result by name: a row of `engine.named_results`."""
+    """A result by name: a row of `engine.judged`."""
 
 
 class Purpose(IntEnum):

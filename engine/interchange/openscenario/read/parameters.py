@@ -14,8 +14,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from engine.interchange.contract import InterchangeError, name_cure, quoted
-from engine.interchange.xml import NUMBER, Limits, Node, read_xml
+from engine.errors import InterchangeError, name_cure, quoted
+from engine.xml import NUMBER, Limits, Node, read_xml
 
 NAME = re.compile(r"\$([A-Za-z_]\w*)", re.ASCII)
 NOTHING: Mapping[str, str] = MappingProxyType({})

@@ -7,7 +7,7 @@ import pytest
 
 from engine.interchange import InterchangeError
 from engine.interchange.openscenario.read.parameters import resolved
-from engine.interchange.xml import Node
+from engine.xml import Node
 from tests.engine.interchange.openscenario.read.files import follow, polyline, read, refused, scenario, vehicle
 
 NODE = Node("Vertex", {}, "case.xosc", 7)
