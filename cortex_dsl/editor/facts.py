@@ -68,7 +68,7 @@ def _numbers(observed: ObservedValues) -> str:
     first = observed[0]
     assert isinstance(first.value, Quantity)
     if isinstance(first.value.expr, ir.Gene):
-        gene = list(first.evaluator.file.genes.values())[first.value.expr.index]
+        gene = first.evaluator.file.genes.infos[first.value.expr.index]
         return gene_range(gene, si_word(first.value.dimension))
     ends = [s.evaluator.interval(s.value.expr) for s in observed if isinstance(s.value, Quantity)]
     low, high = min(low for low, _ in ends), max(high for _, high in ends)
@@ -81,7 +81,7 @@ def _numbers(observed: ObservedValues) -> str:
 def _own_unit(observed: ObservedValue) -> Unit | None:
     """The unit in which a param behind a number is written, where it is another than that of SI."""
     assert isinstance(observed.value, Quantity)
-    words = param_units(observed.value.expr, observed.evaluator.file.genes)
+    words = param_units(observed.value.expr, observed.evaluator.file.genes.infos)
     units = (UNITS[word] for word in words if word in UNITS)
     return next((u for u in units if u.dimension == observed.value.dimension and u.factor != 1.0), None)
 

@@ -272,33 +272,29 @@ MOST_USES = 3
 def with_advice(
     module: nodes.Module, file: FileContext, scenario: ir.Scenario
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
-    """Return the scenario with all advice about it.
-
-    A value that `-p` or a concrete copy fixes is no mistake of the file.
-    """
-    pinned = bool(file.overrides) or file.settings.stream is not None
-    for diagnostic in () if pinned else _advice(module, file, scenario):
+    """Return the scenario with all advice about it."""
+    for diagnostic in () if file.is_pinned else _advice(module, file, scenario):
         file.findings.add(diagnostic)
-    allowed = {code for match in _ALLOWED.finditer(file.source.text) for code in re.findall(r"SCN\d+", match[1])}
+    allowed = {code for match in _ALLOWED.finditer(file.facts.source.text) for code in re.findall(r"SCN\d+", match[1])}
     return scenario, tuple(d for d in file.findings if d.severity is Severity.ERROR or d.code not in allowed)
 
 
 def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Iterator[Diagnostic]:
     yield from _dead(module, file, scenario)
     yield from _certain(file)
-    yield from bare_numbers(module, file.genes)
-    yield from windows(module, file.source)
-    yield from contacts(module, file.settings.time_step)
+    yield from bare_numbers(module, file.genes.infos)
+    yield from windows(module, file.facts.source)
+    yield from contacts(module, file.settings.given.time_step)
     yield from unread_properties(module)
     yield from unused_names(module)
-    yield from unused_definitions(module, file.entry)
+    yield from unused_definitions(module, file.facts.entry)
     yield from shadowing_names(module)
 
 
 def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Iterator[Diagnostic]:
     """Params that are used, but in no place that matters; a `require` that always holds is reported anyway."""
-    live = live_genes(scenario, file.gene_bounds())
-    decided = [span for span, weight in file.weights.items() if weight.certain]
+    live = live_genes(scenario, file.genes.bounds)
+    decided = [span for span, weight in file.scene.weights.items() if weight.certain]
     dead = [gene for index, gene in enumerate(scenario.genes) if index not in live]
     used = _uses(module) if dead else {}
     for gene in dead:
@@ -326,6 +322,6 @@ def _is_params(node: nodes.Expression) -> bool:
 
 
 def _certain(file: FileContext) -> Iterator[Diagnostic]:
-    for span, weight in file.weights.items():
+    for span, weight in file.scene.weights.items():
         if weight.certain:
-            yield ALWAYS_TRUE.at(span, secondary=weight.labels(file.genes))
+            yield ALWAYS_TRUE.at(span, secondary=weight.labels(file.genes.infos))

@@ -6,7 +6,7 @@ contact, between two samples. An object placed at random on a lane with a `requi
 … by` samples only the window.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -26,12 +26,13 @@ THROUGH = ("abs", "min", "max")
 """Functions with a result in the unit of their arguments."""
 
 
-def bare_numbers(module: nodes.Module, genes: Mapping[str, ir.GeneInfo]) -> Iterator[Diagnostic]:
+def bare_numbers(module: nodes.Module, genes: Iterable[ir.GeneInfo]) -> Iterator[Diagnostic]:
+    params = {gene.name: gene for gene in genes}
     for node in everything_in(module):
         for one, other in _pairs(node):
             for bare, partner in ((one, other), (other, one)):
                 number = _bare(bare)
-                written = next(_units(partner, genes), None)
+                written = next(_units(partner, params), None)
                 if number and written is not None:
                     yield _in_other_unit(bare.span, number, *written)
 

@@ -175,7 +175,7 @@ def _rejected(run: VariantState, rejection: Rejection) -> ir.Variant:
         choices=tuple(run.decisions.choices),
         gene_options=run.decisions.oracle.gene_options,
         rejection=rejection.reason,
-        rejection_line=run.file.line(rejection.span),
+        rejection_line=run.file.facts.line(rejection.span),
     )
 
 
@@ -189,7 +189,7 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
     undecided = any(finding.code in HIDES_THE_EGO for finding in ev.file.findings)
     taken = ev.run.names.get("ego") is POISON
     if (ego is None or ego.index != 0) and not taken and not undecided:
-        end = len(ev.file.source.text.rstrip())
+        end = len(ev.facts.source.text.rstrip())
         ev.report(NO_EGO.at(Span(end, end), label="the file ends without one"))
     return sorted(ev.run.built.actors, key=lambda actor: actor.index)
 
@@ -202,7 +202,7 @@ def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
     for actor in actors:
         present = actor.scenario is None or actor.scenario.present
         if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
-            name, line = f"{actor.name} is visible from the ego", ev.file.line(actor.span)
+            name, line = f"{actor.name} is visible from the ego", ev.facts.line(actor.span)
             ev.run.built.requirements.append(ir.Requirement(seeing.sees(ev, ego, actor), 1.0, name, line))
 
 
@@ -217,7 +217,7 @@ def _require_workspace(ev: Evaluator, actors: Sequence[Actor]) -> None:
         if "regionContainedIn" not in actor.properties and (actor.scenario is None or actor.scenario.present):
             inside = geometry.inside(scene, actor, workspace, actor.span)
             name = f"{actor.name} lies in the workspace"
-            ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, ev.file.line(actor.span)))
+            ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, ev.facts.line(actor.span)))
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
@@ -256,7 +256,7 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
 
 def _imported(ev: Evaluator) -> Iterator[tuple[dict[str, Value], Sequence[nodes.Statement]]]:
     """Variables and statements of the imported files; how a run ends is not up to them."""
-    modules = {file.name: file.module for file in ev.file.imports.values()}
+    modules = {file.name: file.module for file in ev.facts.imports.values()}
     for name, names in ev.run.imported.items():
         yield names, [s for s in modules[name].statements if type(s) not in OF_THE_RUN]
 

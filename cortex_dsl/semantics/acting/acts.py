@@ -31,7 +31,6 @@ from cortex_dsl.semantics.quantities.units import PURE, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.config import SimulationConfig
 from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Command
 
@@ -144,7 +143,7 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
 def _use_of(body: Body, value: Value, span: Span) -> str:
     """Return a hint on how a line should use its value."""
     if isinstance(value, ActionCall):
-        return f"an action is taken: write `take {body.ev.file.source.slice(span)}`"
+        return f"an action is taken: write `take {body.ev.facts.source.slice(span)}`"
     return "assign it, or remove the line"
 
 
@@ -185,7 +184,7 @@ def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expressio
     value = ev.evaluate(duration)
     if node.in_steps:
         steps = numbers.quantity(value, duration.span, "a number of steps")
-        step = ev.file.settings.time_step or SimulationConfig().time_step
+        step = ev.file.settings.time_step
         seconds = steps.expr * step
     else:
         seconds = numbers.adopt(ev, value, TIME, duration.span, "the duration after `for`")

@@ -45,8 +45,8 @@ def require_start(ev: Evaluator, node: nodes.Require, name: str) -> None:
     if ev.truth_of(condition)[0] > 0.0:
         return
     margin = margin_of(condition, ev.run.compared)
-    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
-    required = ir.Requirement(condition, 1.0, name + SUFFIX, ev.file.line(node.span), *margin, unit)
+    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes.infos)
+    required = ir.Requirement(condition, 1.0, name + SUFFIX, ev.facts.line(node.span), *margin, unit)
     ev.run.built.requirements.append(required)
 
 

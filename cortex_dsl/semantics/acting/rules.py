@@ -26,7 +26,7 @@ from cortex_dsl.semantics.errors.names import (
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.random_values import DISTRIBUTIONS
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.state import FileContext, RuleKey
+from cortex_dsl.semantics.model.state import FileContext, FileFacts, RuleKey
 from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, subformulas
@@ -46,13 +46,13 @@ Column = tuple[str, Term, ir.Dimension]
 
 def keep_record(ev: Evaluator, node: nodes.Record) -> None:
     """A record, at a running moment."""
-    name = node.name or f"{node.when} {ev.file.source.words(node.value.span)}".lstrip()
+    name = node.name or f"{node.when} {ev.facts.source.words(node.value.span)}".lstrip()
     for i, (suffix, value, dimension) in enumerate(_columns(ev.evaluate(node.value), node.value.span)):
         # Rules are known by their places: each column of one value gets a place of its own.
         place = Span(node.value.span.start, node.value.span.start + i)
-        watch = ev.file.rule(place, name + suffix, RuleKind.WATCH)
+        watch = ev.file.run.rule(place, name + suffix, RuleKind.WATCH)
         ev.run.built.rule_conditions[place, RuleKind.WATCH] = value
-        made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.file.line(node.span))
+        made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.facts.line(node.span))
         _keep_column(ev, node, made)
 
 
@@ -62,7 +62,7 @@ def _keep_column(ev: Evaluator, node: nodes.Record, made: ir.Record) -> None:
     Raises:
         Mistake: another record has the name.
     """
-    first, known = ev.file.records.setdefault(made.name, (node.span, made))
+    first, known = ev.file.run.records.setdefault(made.name, (node.span, made))
     if known.watch != made.watch:
         where = (Label(first, "first here"),)
         raise DUPLICATE.mistake(node.span, secondary=where, what="the record", name=made.name)
@@ -111,16 +111,16 @@ def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
     conditions = ev.run.built.rule_conditions
     for atom in atoms(node.condition):
         conditions[atom.span, RuleKind.WATCH] = numbers.truth(ev, ev.evaluate(atom), atom.span)
-    ev.file.temporals[node.span] = node
-    require_start(ev, node, name_of(ev.file, node))
+    ev.file.run.temporals[node.span] = node
+    require_start(ev, node, name_of(ev.facts, node))
     if (condition := always_condition(node.condition)) is not None:
         broken = ~conditions.pop((condition.span, RuleKind.WATCH))
         conditions[node.span, RuleKind.ABORT] = broken
-        ev.file.rule(node.span, name_of(ev.file, node), RuleKind.ABORT)
+        ev.file.run.rule(node.span, name_of(ev.facts, node), RuleKind.ABORT)
 
 
-def name_of(file: FileContext, node: nodes.Require) -> str:
-    return node.name or file.source.words(node.condition.span)
+def name_of(facts: FileFacts, node: nodes.Require) -> str:
+    return node.name or facts.source.words(node.condition.span)
 
 
 # -- all variants together --------------------------------------------------------------------------------------------
@@ -136,17 +136,17 @@ def temporal_requirements(file: FileContext, conditions: Conditions, *, has_end:
     """
     folder = Folder(file, conditions)
     found = []
-    for node in file.temporals.values():
+    for node in file.run.temporals.values():
         if always_condition(node.condition) is not None:
             broken = folder.known((node.span, RuleKind.ABORT))
             formula = None if broken is None else not broken
         else:
             formula = folder.formula(node.condition)
-        if formula is False and file.settings.stream is not None:
+        if formula is False and file.settings.given.stream is not None:
             formula = folder.never(node.condition)  # its run is invalid, as that of which it is the concrete copy
         _report(file, node, formula, conditions, has_end=has_end)
         if isinstance(formula, ir.Formula):
-            found.append(ir.Temporal(formula, file.rule(node.span, name_of(file, node), RuleKind.ABORT)))
+            found.append(ir.Temporal(formula, file.run.rule(node.span, name_of(file.facts, node), RuleKind.ABORT)))
     return tuple(found)
 
 
@@ -156,8 +156,8 @@ def _report(
     span = node.condition.span
     if formula is False:
         file.findings.add(ALWAYS_FALSE.at(span))
-    elif file.overrides or file.settings.stream is not None:
-        return  # a value fixed on the command line is no error of the file
+    elif file.is_pinned:
+        return
     elif formula is True:
         file.findings.add(TEMPORAL_HOLDS.at(span))
     elif not any(is_dynamic(each) for each in seen(node, conditions)):
@@ -206,14 +206,14 @@ class Folder:
 
     def known(self, key: RuleKey) -> bool | None:
         """Return the value of a condition if it is the same in all runs of all variants; None otherwise."""
-        bounds = self.file.gene_bounds()
+        bounds = self.file.genes.bounds
         truths = {truth_of(each[key], lambda part: interval(part, bounds)) for each in self.conditions if key in each}
         return {(1.0, 1.0): True, (0.0, 0.0): False}.get(truths.pop()) if len(truths) == 1 else None
 
     def _atom(self, node: nodes.Expression) -> ir.Formula:
         span = node.span if _draws(node) else self.places.setdefault(node, node.span)
-        name = self.file.source.words(span)
-        return ir.Formula(TemporalOp.ATOM, watch=self.file.rule(span, name, RuleKind.WATCH))
+        name = self.file.facts.source.words(span)
+        return ir.Formula(TemporalOp.ATOM, watch=self.file.run.rule(span, name, RuleKind.WATCH))
 
 
 def _draws(node: nodes.Expression) -> bool:

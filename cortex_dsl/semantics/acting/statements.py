@@ -1,7 +1,6 @@
 """The statements of a file's top level and of a scenario's setup, run in order for one variant."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.names import (
@@ -118,7 +117,7 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
             ev.scope[entry.name] = value
         elif maps.read_named(ev, value, entry.span):
             continue
-        if entry.name == "timestep" and ev.file.from_scenic:
+        if entry.name == "timestep" and ev.facts.from_scenic:
             _take_timestep(ev, Given(value, entry.value.span))
         else:
             _note_idle_param(ev, entry)
@@ -126,14 +125,14 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
 
 def _take_timestep(ev: Evaluator, given: Given) -> None:
     """Scenic's simulators step as this param says; `simulation(time_step=...)` comes first."""
-    if given.value is not POISON and ev.file.settings.time_step is None:
+    if given.value is not POISON and ev.file.settings.given.time_step is None:
         step = known_number(ev, given, TIME, "`timestep`", *TIME_STEPS)
-        ev.file.settings = replace(ev.file.settings, time_step=step)
+        ev.file.settings.put(time_step=step)
 
 
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
     if entry.name == "map":
-        road = ev.file.default_road
+        road = ev.facts.default_road
         ev.report(SCENIC_MAP.at(entry.span, reason=reasons_for_road(road), road=map_line(road)))
     elif entry.name in MAP_PARAMS and "map" in ev.run.params:
         return  # said of the map itself
@@ -172,7 +171,7 @@ def _set(ev: Evaluator, argument: Given) -> None:
     if name == "scenario":
         _check_text(name, argument)
         return
-    ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
+    ev.file.settings.put(**{name: _setting(ev, name, argument)})
 
 
 def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
@@ -221,14 +220,14 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
         return  # it speaks of the run
     probability = soft_probability(ev, node.probability)
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
-    name = node.name or ev.file.source.words(node.condition.span)
+    name = node.name or ev.facts.source.words(node.condition.span)
     margin = margin_of(condition, ev.run.compared)
-    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
+    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes.infos)
     ev.run.built.requirements.append(
-        ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit)
+        ir.Requirement(condition, probability, name, ev.facts.line(node.span), *margin, unit)
     )
     weight = weight_of(condition, ev.truth_of(condition), certain=probability == 1.0)
-    ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
+    ev.file.scene.weights[node.condition.span] = weight.joined(ev.file.scene.weights.get(node.condition.span))
 
 
 def soft_probability(ev: Evaluator, node: nodes.Expression | None) -> float:
@@ -247,17 +246,17 @@ def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
     if node.in_steps:
         steps = whole_number(ev, amount.value, amount.span, "a number of steps")
         in_range(ev, ev.algebra.literal(float(steps)), 1.0, 1e9, PURE, amount.span, "a number of steps")
-        ev.file.max_steps = steps
+        ev.file.settings.max_steps = steps
         return
     seconds = known_number(ev, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
-    ev.file.settings = replace(ev.file.settings, max_time=seconds)
+    ev.file.settings.put(max_time=seconds)
 
 
 def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
     """A condition over the running simulation; evaluated with everything that the file defines."""
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     ev.run.built.rule_conditions[node.span, RuleKind.TERMINATE] = condition
-    ev.file.rule(node.span, node.name or ev.file.source.words(node.condition.span))
+    ev.file.run.rule(node.span, node.name or ev.facts.source.words(node.condition.span))
     if closed_value(condition) not in (None, 0.0):
         ev.report(NEVER_RUNS.at(node.condition.span))
 

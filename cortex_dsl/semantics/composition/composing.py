@@ -37,7 +37,6 @@ from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.config import SimulationConfig
 from engine.frozen import frozen
 from engine.vocabulary import Turns
 
@@ -95,7 +94,7 @@ class Coroutine:
             except Mistake as mistake:
                 body.ev.report(mistake)
                 continue
-            name = statement.name or body.ev.file.source.words(statement.condition.span)
+            name = statement.name or body.ev.facts.source.words(statement.condition.span)
             yield holds, bodies.abort_rule(body.ev, statement.span, name)
 
     def _refuse(self, body: Body, statement: nodes.Statement, word: str, reason: str, cure: str) -> None:
@@ -161,15 +160,15 @@ class Coroutine:
         """`terminate when` ends the scenario, `terminate simulation when` the run."""
         if not node.simulation:
             return ir.Leave(node.span, "return", scope)
-        name = node.name or body.ev.file.source.words(node.condition.span)
-        return ir.Terminate(node.span, body.ev.file.rule(node.span, name))
+        name = node.name or body.ev.facts.source.words(node.condition.span)
+        return ir.Terminate(node.span, body.ev.file.run.rule(node.span, name))
 
     def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> Term:
         algebra, scene = body.ev.algebra, place(body.ev, self.composer.instance)
         amount = Given(scene.evaluate(node.amount), node.amount.span)
         if node.in_steps:
             number_of = scene.constant(numbers.quantity(amount.value, amount.span), amount.span, "a number of steps")
-            seconds = number_of * (scene.file.settings.time_step or SimulationConfig().time_step)
+            seconds = number_of * scene.file.settings.time_step
         else:
             seconds = known_number(scene, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
         start = body.ev.run.new_local()
@@ -260,7 +259,7 @@ class Composer(Inliner):
     def over(self, body: Body, node: nodes.Terminate) -> ir.Block:
         if node.simulation or self.instance is self.ev.run.root:
             words = "terminate simulation" if node.simulation else "terminate"
-            return (ir.Terminate(node.span, self.ev.file.rule(node.span, f"`{words}` in {self.owner}")),)
+            return (ir.Terminate(node.span, self.ev.file.run.rule(node.span, f"`{words}` in {self.owner}")),)
         return (ir.Leave(node.span, "return", body.scope),)
 
     def _child(self, value: Value, node: nodes.Expression, moment: Moment) -> "Child":

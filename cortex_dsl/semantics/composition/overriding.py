@@ -63,7 +63,7 @@ def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance
 def _override_own(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance) -> None:
     """Override a property of the file's own: reads during the run see the value of the running scenario."""
     name = node.property
-    if name in ev.file.attributes_set:
+    if name in ev.facts.attributes_set:
         raise OVERRIDDEN_AND_SET.mistake(node.property_span, name=name)
     value = of_same_dimension(name, target.properties[name], ev.evaluate(node.value), node.value.span)
     target.overridden.setdefault(name, []).append((instance.monitor, value))

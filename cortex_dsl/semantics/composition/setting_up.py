@@ -118,7 +118,7 @@ def _definitions(ev: Evaluator, statements: Sequence[nodes.Statement]) -> dict[s
 
 def _names_of(ev: Evaluator, span: Span) -> tuple[ImportedFile, dict[str, Value]]:
     """The file behind an import statement, and its variables."""
-    file = ev.file.imports.get(span)
+    file = ev.facts.imports.get(span)
     if file is None:
         raise Mistake  # the file was not read
     if file.name not in ev.run.imported:

@@ -10,7 +10,7 @@ from engine.vocabulary import Turns
 
 def set_up_run(ev: Evaluator) -> Composer | None:
     """Set up the scenario that the run is; None where the top level is all."""
-    node = ev.file.entry
+    node = ev.facts.entry
     if node is None:
         number(ev.run)
         return None
@@ -32,7 +32,7 @@ def run_by(composer: Composer) -> None:
     acts = body.block(node.compose) or (ir.Loop(span, composer.ev.algebra.truth(True), (ir.Wait(span),)),)
     end: ir.Block = ()
     if node.compose:
-        end = (ir.Terminate(span, composer.ev.file.rule(span, f"the end of {node.name}")),)
+        end = (ir.Terminate(span, composer.ev.file.run.rule(span, f"the end of {node.name}")),)
     block = (*demands, ir.Scope(span, node.name, body.scope, acts, during), *end)
     monitor = ir.Monitor(node.name, block, Turns.BEFORE_RULES, span)
     composer.ev.run.built.monitors[composer.instance.monitor] = monitor

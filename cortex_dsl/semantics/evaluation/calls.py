@@ -155,7 +155,7 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     assert row.command is not None
     if row.name == "SetWalkingDirectionAction":
         return ActionCall(row.command, _turn_into(ev, bound[parameter.name], span), row.name)
-    if row.command is Command.STEER and ev.file.from_scenic:
+    if row.command is Command.STEER and ev.facts.from_scenic:
         return ActionCall(row.command, scenic_steering(ev, bound[parameter.name]), row.name)
     if row.command is Command.REVERSE:
         reverse = bound[parameter.name]

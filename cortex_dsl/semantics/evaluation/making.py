@@ -244,7 +244,7 @@ class ObjectBuilder:
 
         It is set on an `Object`, or the file reads it.
         """
-        if not (self.plain or name in self.ev.file.attributes_read) or name in attributes.RUNNING_ATTRIBUTES:
+        if not (self.plain or name in self.ev.facts.attributes_read) or name in attributes.RUNNING_ATTRIBUTES:
             return False
         return not difflib.get_close_matches(name, (*all_properties(), *self.defaults), 1, SLIP)
 
@@ -293,12 +293,12 @@ class ObjectBuilder:
             return algebra.literal(0.0) if name == "speed" else None
         if name == "fixed":
             return self.number("mass") > model.fixed_above
-        if name == "occluding" and self.ev.file.from_scenic:
+        if name == "occluding" and self.ev.facts.from_scenic:
             return algebra.truth(True)  # as in Scenic, where all objects do
         if name == "occluding" and self.builtin in LOW:
             return algebra.truth(False)
         default: Term = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
-        scenic = SCENIC_SIZES.get(self.kind, {}) if self.ev.file.from_scenic else {}
+        scenic = SCENIC_SIZES.get(self.kind, {}) if self.ev.facts.from_scenic else {}
         if name in scenic:
             return algebra.literal(scenic[name])
         if name not in ("wheelbase", "rearToCenter"):

@@ -61,7 +61,7 @@ def within(ev: Evaluator, expr: Term, domain: Domain, span: Span, what: str) -> 
         what=what,
         actual=shown(least if too_low else greatest, domain.dimension),
         expected=range_text(domain.low, domain.high, domain.dimension, domain.above),
-        secondary=range_labels(expr, ev.file.genes) if value is None else (),
+        secondary=range_labels(expr, ev.file.genes.infos) if value is None else (),
         cure=(
             "turn the object with `facing` to have it drive the other way"
             if too_low and domain.dimension == SPEED
@@ -93,6 +93,6 @@ def require(ev: Evaluator, condition: Term | None, name: str, span: Span) -> Non
     """Require a condition of the scene, once."""
     if condition is None:
         return
-    found, known = ir.Requirement(condition, 1.0, name, ev.file.line(span)), ev.run.built.requirements
+    found, known = ir.Requirement(condition, 1.0, name, ev.facts.line(span)), ev.run.built.requirements
     if found not in known:
         known.append(found)

@@ -111,13 +111,13 @@ def _controls(ev: Evaluator) -> Controls:
 
 def _code(ev: Evaluator) -> str:
     """The text of the file without comments."""
-    return re.sub(r"#[^\n]*", "", ev.file.source.text)
+    return re.sub(r"#[^\n]*", "", ev.facts.source.text)
 
 
 def plan_of(ev: Evaluator) -> SignalPlan | None:
     """Return the plan of the lights; a script with one of Scenic's maps that reads lights gets a default plan."""
-    if ev.run.built.signals is None and ev.file.default_signals is not None:
-        ev.report(SCENIC_SIGNALS.at(ev.file.default_signals))
+    if ev.run.built.signals is None and ev.facts.default_signals is not None:
+        ev.report(SCENIC_SIGNALS.at(ev.facts.default_signals))
         ev.run.built.signals = _plan(ev, {})
     return ev.run.built.signals
 

@@ -87,9 +87,9 @@ def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
         if not condition.value:
             raise ASSERTION.mistake(node.condition.span, reason=_message(ev, node))
         return
-    name = node.name or ev.file.source.words(node.condition.span)
+    name = node.name or ev.facts.source.words(node.condition.span)
     margin = margin_of(condition, ev.run.compared)
-    ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.file.line(node.span), *margin))
+    ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.facts.line(node.span), *margin))
 
 
 def _message(ev: Evaluator, node: nodes.Assert) -> str:
