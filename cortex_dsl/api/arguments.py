@@ -3,12 +3,13 @@
 The error of a wrong argument has its name, the expected and the given value, and the cure.
 """
 
+import inspect
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, cast, get_args
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import UNIT_WORDS
 from engine.arguments import LEFT_OUT, whole
-from engine.config import Config, SearchConfig
+from engine.config import Config, GAConfig, SearchConfig
 from engine.errors import ArgumentError, ArgumentKindError, RowError
 from engine.program import Program
 
@@ -26,9 +27,14 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from engine.scenes import Scenes
+    from engine.search.campaign import OnGeneration
+    from engine.search.workers import Workers
+    from engine.study.execution import OnRun
     from engine.tables import Floats, Ints
 
 COUNTS = tuple(field.name for field in fields(SearchConfig) if field.type in (int, "int"))
+WORDS = tuple(field.name for field in fields(SearchConfig) if field.type in (str, "str"))
+"""Settings of a search that are whole numbers, and those that are words."""
 OPTION, KEYWORD = "-p", "<keyword>"
 """The name, in messages, of the text of a fixed param: from the command line, and from Python."""
 
@@ -148,20 +154,94 @@ def _number(name: str, value: object) -> None:
         raise ArgumentError(f"{name}: expected a finite number, got {value!r}", LEFT_OUT)
 
 
-def settings(given: Mapping[str, object]) -> None:
-    """Raises ArgumentKindError where a search has no such setting, or a count is no number; ArgumentError where it is
-    too low.
+# -- keywords that a function passes on --------------------------------------------------------------------------------
+
+PROFILE, PRESET = "paper", GAConfig().preset
+"""Default set of risk bands, and default preset of the genetic algorithm."""
+
+
+class BudgetSettings(TypedDict, total=False):
+    """Fields of `engine.config.SearchConfig`; those that are left out are as in the config of the scenario."""
+
+    generations: int
+    population: int
+    seed: int
+    rollouts: int
+    aggregate: str
+    engine: str
+    run: int
+    probes: int
+
+
+class SearchSettings(BudgetSettings, total=False):
+    """Keywords of a search."""
+
+    jobs: int
+    profile: str
+    preset: str
+    on_generation: "OnGeneration | None"
+    workers: "Workers | None"
+
+
+class StudySettings(BudgetSettings, total=False):
+    """Keywords of a study."""
+
+    jobs: int
+    profile: str
+    preset: str
+    on_run: "OnRun | None"
+
+
+class WritingSettings(TypedDict, total=False):
+    """Keywords of an export: options of single formats, and `force`."""
+
+    osc: str | None
+    mode: str | None
+    player: str | None
+    after_contact: str | None
+    force: bool
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def with_keywords(function: Function) -> Function:
+    """Show each keyword of `**settings: Unpack[...]` in `help` and in the completions of notebooks, with its default.
+
+    Editors that check types show them without this.
     """
-    known = [field.name for field in fields(SearchConfig)]
+    signature = inspect.signature(function)
+    *named, rest = signature.parameters.values()
+    (settings,) = get_args(rest.annotation)
+    defaults: dict[str, Any] = {each.name: each.default for each in fields(SearchConfig)}
+    defaults |= {"profile": PROFILE, "preset": PRESET, "force": False}
+    keywords = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=defaults.get(name), annotation=annotation)
+        for name, annotation in settings.__annotations__.items()
+    ]
+    function.__signature__ = signature.replace(parameters=[*named, *keywords])  # type: ignore[attr-defined]
+    return function
+
+
+def check_keywords(of: str, settings: type, given: Mapping[str, object]) -> None:
+    """Check the keywords that a function takes by `**`, and the numbers and words among them.
+
+    Raises:
+        ArgumentKindError: there is no such keyword, or its value is of another type.
+        ArgumentError: a number is too low.
+    """
+    known = list(settings.__annotations__)
     for name, value in given.items():
         if name not in known:
             near = nearest(name, known)
             meant = f"did you mean `{near}`?" if near else f"there are {', '.join(known)}"
-            raise ArgumentKindError(f"a search has no setting `{name}`", meant)
+            raise ArgumentKindError(f"{of} has no setting `{name}`", meant)
         if name in COUNTS:
             whole(name, value, 0 if name in ("seed", "run", "probes") else 1)
-        else:
+        elif name in WORDS:
             kind(name, value, str, LEFT_OUT)
+        elif name.startswith("on_"):
+            callback(name, value)
 
 
 def genome_of(program: Program, genome: "ArrayLike") -> "Floats":

@@ -25,6 +25,7 @@ from cortex_dsl.semantics.model.values import ActionCall, BuiltinValue, Effect, 
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.placement import TOP_LEVEL
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import PURE, TIME
@@ -102,7 +103,7 @@ def _named(body: Body, value: Value, node: nodes.Expression) -> Iterator[Candida
 
 def _weight(body: Body, value: Value, node: nodes.Expression) -> Term:
     expr = numbers.adopt(body.ev, value, PURE, node.span, WHAT)
-    return in_range(body.ev, expr, 0.0, float("inf"), PURE, node.span, WHAT)
+    return in_range(body.ev, expr, Domain(WHAT, PURE), node.span)
 
 
 # -- the statements ----------------------------------------------------------------------------------------------------
@@ -184,11 +185,10 @@ def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expressio
     value = ev.evaluate(duration)
     if node.in_steps:
         steps = numbers.quantity(value, duration.span, "a number of steps")
-        step = ev.file.settings.time_step
-        seconds = steps.expr * step
+        seconds = steps.expr * ev.file.settings.time_step
     else:
-        seconds = numbers.adopt(ev, value, TIME, duration.span, "the duration after `for`")
-        in_range(ev, seconds, 0.0, float("inf"), TIME, duration.span, "the duration after `for`")
+        domain = Domain("the duration after `for`", TIME)
+        seconds = in_range(ev, numbers.adopt(ev, value, TIME, duration.span, domain.name), domain, duration.span)
     return seconds - CLOCK_TOLERANCE
 
 

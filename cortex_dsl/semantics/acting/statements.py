@@ -39,9 +39,10 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name, spoken_unit
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.names.tree import SYSTEM, is_timed
 from cortex_dsl.semantics.quantities.bounds import closed_value, margin_of, weight_of
-from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
+from cortex_dsl.semantics.quantities.units import PURE, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -126,7 +127,7 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
 def _take_timestep(ev: Evaluator, given: Given) -> None:
     """Scenic's simulators step as this param says; `simulation(time_step=...)` comes first."""
     if given.value is not POISON and ev.file.settings.given.time_step is None:
-        step = known_number(ev, given, TIME, "`timestep`", *TIME_STEPS)
+        step = known_number(ev, given, Domain("`timestep`", TIME, *TIME_STEPS))
         ev.file.settings.put(time_step=step)
 
 
@@ -182,10 +183,10 @@ def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
         return _stream(_check_text(name, argument), span)
     if name == "max_attempts":
         attempts = whole_number(ev, value, span, "`max_attempts`")
-        in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
+        in_range(ev, ev.algebra.literal(float(attempts)), Domain("`max_attempts`", PURE, 1.0, 1e9), span)
         return attempts
     low, high = TIME_STEPS if name == "time_step" else (1e-4, 1e5)
-    return known_number(ev, argument, TIME, f"`{name}`", low, high)
+    return known_number(ev, argument, Domain(f"`{name}`", TIME, low, high))
 
 
 def _check_text(name: str, argument: Given) -> str:
@@ -207,11 +208,11 @@ def _stream(text: str, span: Span) -> str:
     return text
 
 
-def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str, low: float, high: float) -> float:
-    """A constant inside its legal range."""
-    expr = numbers.adopt(ev, argument.value, dimension, argument.span, what)
-    value = ev.constant(Quantity(expr, dimension), argument.span, what)
-    in_range(ev, ev.algebra.literal(value), low, high, dimension, argument.span, what)
+def known_number(ev: Evaluator, argument: Given, domain: Domain) -> float:
+    """Return a constant inside its legal range."""
+    expr = numbers.adopt(ev, argument.value, domain.dimension, argument.span, domain.name)
+    value = ev.constant(Quantity(expr, domain.dimension), argument.span, domain.name)
+    in_range(ev, ev.algebra.literal(value), domain, argument.span)
     return value
 
 
@@ -230,6 +231,9 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
     ev.file.scene.weights[node.condition.span] = weight.joined(ev.file.scene.weights.get(node.condition.span))
 
 
+TIME_LIMIT = Domain("the time of `terminate after`", TIME, 1e-4, 1e5)
+
+
 def soft_probability(ev: Evaluator, node: nodes.Expression | None) -> float:
     """The number in `require[p]`; 1 without."""
     if node is None:
@@ -245,10 +249,10 @@ def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
     amount = Given(ev.evaluate(node.amount), node.amount.span)
     if node.in_steps:
         steps = whole_number(ev, amount.value, amount.span, "a number of steps")
-        in_range(ev, ev.algebra.literal(float(steps)), 1.0, 1e9, PURE, amount.span, "a number of steps")
+        in_range(ev, ev.algebra.literal(float(steps)), Domain("a number of steps", PURE, 1.0, 1e9), amount.span)
         ev.file.settings.max_steps = steps
         return
-    seconds = known_number(ev, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
+    seconds = known_number(ev, amount, TIME_LIMIT)
     ev.file.settings.put(max_time=seconds)
 
 

@@ -14,7 +14,7 @@ from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.acts import CLOCK_TOLERANCE
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
-from cortex_dsl.semantics.acting.statements import known_number, required_monitor
+from cortex_dsl.semantics.acting.statements import TIME_LIMIT, known_number, required_monitor
 from cortex_dsl.semantics.composition.setting_up import place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import (
@@ -33,7 +33,6 @@ from cortex_dsl.semantics.model.values import Actor, Instance, ScenarioCall, Sce
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, assigned_names
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -170,7 +169,7 @@ class Coroutine:
             number_of = scene.constant(numbers.quantity(amount.value, amount.span), amount.span, "a number of steps")
             seconds = number_of * scene.file.settings.time_step
         else:
-            seconds = known_number(scene, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
+            seconds = known_number(scene, amount, TIME_LIMIT)
         start = body.ev.run.new_local()
         clock.append(ir.SetLocal(node.span, start, algebra.time()))
         passed = algebra.time() - algebra.local(start)

@@ -19,20 +19,14 @@ from cortex_dsl.semantics.quantities.units import SPEED
 from cortex_dsl.source import Span
 
 
-def in_range(
-    ev: Evaluator, expr: Term, low: float, high: float, dimension: ir.Dimension, span: Span, what: str, *,
-    above: bool = False,
-) -> Term:  # fmt: skip
+def in_range(ev: Evaluator, expr: Term, domain: Domain, span: Span) -> Term:
     """Return the expression if it is in its legal range; for a random value, add the requirement that it stays there.
-
-    `above` excludes the lower end.
 
     Raises:
         Mistake: it is, or may become, illegal.
     """
-    domain = Domain(what.replace("`", ""), dimension, low, high, above)
-    if not isinstance(within(ev, expr, domain, span, what), ir.Literal) and not is_dynamic(expr):
-        require(ev, inside(ev, expr, domain), f"{domain.name} within its domain", span)
+    if not isinstance(within(ev, expr, domain, span, domain.name), ir.Literal) and not is_dynamic(expr):
+        require(ev, inside(ev, expr, domain), f"{domain.name.replace('`', '')} within its domain", span)
     return expr
 
 

@@ -30,6 +30,7 @@ from cortex_dsl.semantics.model.values import (
     Vector,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     cos,
@@ -52,7 +53,7 @@ CORNERS = ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))
 
 def _length(ev: Evaluator, given: Given, what: str) -> Term:
     value = adopt(ev, given.value, LENGTH, given.span, what)
-    return in_range(ev, value, 0.0, polygons.FARTHEST, LENGTH, given.span, what, above=True)
+    return in_range(ev, value, Domain(what, LENGTH, 0.0, polygons.FARTHEST, above=True), given.span)
 
 
 def _circle(ev: Evaluator, center: Given, radius: Given, _span: Span) -> Value:
@@ -78,7 +79,7 @@ def _sector(ev: Evaluator, center: Given, radius: Given, heading: Given, angle: 
     middle, reach = geometry.position(ev, center.value, center.span), _length(ev, radius, "`radius`")
     ahead = geometry.heading_at(ev, heading.value, middle, heading.span)
     opening = adopt(ev, angle.value, ANGLE, angle.span, "`angle`")
-    opening = in_range(ev, opening, 0.0, math.tau, ANGLE, angle.span, "`angle`", above=True)
+    opening = in_range(ev, opening, Domain("`angle`", ANGLE, 0.0, math.tau, above=True), angle.span)
     return _opening(ev, middle, reach, ahead, opening)
 
 

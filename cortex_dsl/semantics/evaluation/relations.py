@@ -18,6 +18,7 @@ from cortex_dsl.semantics.model.areas import Velocity
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Quantity, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term, ceil, cos, maximum, road_follow, sin, where, wrapped
 from cortex_dsl.semantics.quantities.units import ANGLE, ANGULAR_SPEED, LENGTH
 from cortex_dsl.source import Span
@@ -157,7 +158,7 @@ def _followed(ev: Evaluator, field: DirectionField, start: Vector, by: Term, spa
     """Return the pose at the end of steps of equal length along a field, as in Scenic: the explicit Euler method."""
     fewest, length = field.steps
     farthest = max(MOST_STEPS, fewest) * length
-    by = in_range(ev, by, 0.0, farthest, LENGTH, span, "the distance along a field")
+    by = in_range(ev, by, Domain("the distance along a field", LENGTH, 0.0, farthest), span)
     most = max(fewest, math.ceil(min(ev.interval(by)[1], farthest) / length))
     count = maximum(float(fewest), ceil(by / length))
     here, step, zero = start, by / count, ev.algebra.literal(0.0)

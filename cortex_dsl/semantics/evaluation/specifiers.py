@@ -24,6 +24,7 @@ from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Quantity, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, option_name, shown
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     cos,
@@ -221,7 +222,7 @@ def _along(ev: Evaluator, node: nodes.Before, available: float, place: Intersect
             span, word=_word(node), other="before" if _word(node) == "after" else "after",
             region=ev.facts.source.slice(node.region.span), distance=shown(-ev.interval(by)[1], LENGTH),
         )  # fmt: skip
-    by = in_range(ev, by, 0.0, float("inf"), LENGTH, span, what)
+    by = in_range(ev, by, Domain(what, LENGTH), span)
     _keep_on_way(ev, node, by, available, place)
     return by
 
