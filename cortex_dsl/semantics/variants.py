@@ -8,39 +8,26 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
-from cortex_dsl.semantics.acting.domains import require_domains
 from cortex_dsl.semantics.acting.objectives import expect, optimize
-from cortex_dsl.semantics.acting.rules import keep_record, require_over_run
+from cortex_dsl.semantics.acting.rules import keep_record, require_domains, require_over_run
 from cortex_dsl.semantics.acting.statements import terminate_when
 from cortex_dsl.semantics.acting.yielding import everything
-from cortex_dsl.semantics.composition.composing import Composer
+from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
-from cortex_dsl.semantics.composition.whole_run import run_by, set_up_run
 from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.runs import WHICH_SCENARIO
 from cortex_dsl.semantics.errors.scene import NO_EGO
-from cortex_dsl.semantics.evaluation import (
-    calls,
-    distances,
-    geometry,
-    lists,
-    objects,
-    operators,
-    relations,
-    seeing,
-    texts,
-)
+from cortex_dsl.semantics.evaluation import calls, geometry, lists, objects, operators, relations, seeing, texts
 from cortex_dsl.semantics.evaluation.roads import network_of
-from cortex_dsl.semantics.evaluation.surroundings import in_environment
+from cortex_dsl.semantics.evaluation.seeing import in_environment
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
-from cortex_dsl.semantics.names.classes import OFF_ROAD
-from cortex_dsl.semantics.names.properties import PROPERTIES
+from cortex_dsl.semantics.names.properties import OFF_ROAD, PROPERTIES
 from cortex_dsl.semantics.names.tree import speaks_of_run
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
@@ -73,7 +60,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.BoolOp: operators.boolean,
     nodes.Compare: operators.compare,
     nodes.Conditional: operators.conditional,
-    nodes.Distance: distances.distance,
+    nodes.Distance: relations.distance,
     nodes.RelativeHeading: relations.relative_heading,
     nodes.SeenFrom: relations.seen_from,
     nodes.Angle: relations.angle,
@@ -83,7 +70,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.RelativeTo: relations.relative_to,
     nodes.FieldAt: relations.field_at,
     nodes.CanSee: seeing.can_see,
-    nodes.Intersects: distances.intersects,
+    nodes.Intersects: relations.intersects,
     nodes.OffsetBy: geometry.offset_by,
     nodes.OffsetAlong: geometry.offset_along,
     nodes.New: objects.new,

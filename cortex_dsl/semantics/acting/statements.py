@@ -15,7 +15,7 @@ from cortex_dsl.semantics.errors.names import (
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import CALLED_BEHAVIOUR, MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
 from cortex_dsl.semantics.errors.scene import EGO_NOT_OBJECT, SCENIC_MAP, SCENIC_MODEL
-from cortex_dsl.semantics.evaluation import maps, numbers, signals, surroundings
+from cortex_dsl.semantics.evaluation import maps, numbers, seeing, signals
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
@@ -335,7 +335,7 @@ TOP_LEVEL: Mapping[type, Run] = {
     nodes.Model: _model,
     nodes.Simulation: _simulation,
     nodes.Signals: signals.set_up,
-    nodes.Environment: surroundings.set_environment,
+    nodes.Environment: seeing.set_environment,
     nodes.Require: _require,
     nodes.RequireMonitor: require_monitor,
     nodes.TerminateAfter: _terminate_after,

@@ -16,8 +16,7 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of, number_for
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.lists import Items, Kept
-from cortex_dsl.semantics.model.values import Actor, Closure, Function, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import Actor, Closure, Function, Items, Kept, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.tree import everything_in

@@ -24,8 +24,8 @@ from cortex_dsl.semantics.model.values import (
     Sighted,
     Value,
     Vector,
+    View,
 )
-from cortex_dsl.semantics.model.views import View
 from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.quantities.algebra import (
     Term,

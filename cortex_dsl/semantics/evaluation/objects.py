@@ -21,10 +21,9 @@ from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_ori
 from cortex_dsl.semantics.evaluation.roads import ROAD
 from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector
-from cortex_dsl.semantics.model.views import View
+from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector, View
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES
+from cortex_dsl.semantics.names.properties import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean

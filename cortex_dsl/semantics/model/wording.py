@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.model.areas import Area, Velocity
-from cortex_dsl.semantics.model.elements import Elements, RoadSection
+from cortex_dsl.semantics.model.areas import Area, Elements, RoadSection, Velocity
 from cortex_dsl.semantics.model.values import (
     ActionCall,
     Actor,
