@@ -7,20 +7,18 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
-from pathlib import Path
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, cast, get_args
 
 import numpy as np
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
-from cortex_dsl.semantics.names.linking import override_text, param_entries
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.literals import UNIT_WORDS
-from engine.arguments import LEFT_OUT, whole
+from engine.arguments import LEFT_OUT, kind, whole
+from engine.arguments import path_of as path_of
+from engine.arguments import row_of as row_of
 from engine.config import Config, GAConfig, SearchConfig
-from engine.errors import ArgumentError, ArgumentKindError, RowError
+from engine.errors import ArgumentError, ArgumentKindError
 from engine.program import Program
 
 if TYPE_CHECKING:
@@ -39,26 +37,6 @@ OPTION, KEYWORD = "-p", "<keyword>"
 """The name, in messages, of the text of a fixed param: from the command line, and from Python."""
 
 
-def row_of(things: Any, row: int) -> int:
-    """Return the index of an existing row, counted from 0.
-
-    Raises:
-        RowError: there is no such row.
-    """
-    if not -len(things) <= whole("row", row, -len(things)) < len(things):
-        rows = f"its rows are 0 to {len(things) - 1}" if len(things) else "it has none"
-        raise RowError(f"row: there is no {row} in {things!r}", rows)
-    return range(len(things))[row]
-
-
-def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str) -> None:
-    """Raise ArgumentKindError if a value is of another type than expected."""
-    if not isinstance(value, expected):
-        kinds = expected if isinstance(expected, tuple) else (expected,)
-        wanted = " or ".join(each.__name__ for each in kinds)
-        raise ArgumentKindError(f"{name}: expected {wanted}, got {type(value).__name__}", cure)
-
-
 def several(name: str, things: object) -> list[Any]:
     """Return the items of a list, or of anything else to go through; of anything that is not, ArgumentKindError."""
     if not isinstance(things, Iterable):
@@ -66,19 +44,6 @@ def several(name: str, things: object) -> list[Any]:
             f"{name}: expected one name, or several in a list, got {type(things).__name__}", "name one, or several"
         )
     return list(cast("Iterable[Any]", things))
-
-
-def path_of(name: str, value: object, cure: str = "name it by its path") -> Path:
-    """Return the value as a path, if a file can have it.
-
-    Raises:
-        ArgumentKindError: it is none.
-        ArgumentError: no file can have this name.
-    """
-    kind(name, value, (str, Path), cure)
-    if "\0" in str(value):
-        raise ArgumentError(f"{name}: no file can be called {str(value)!r}", cure)
-    return Path(str(value))
 
 
 def callback(name: str, value: object) -> None:
@@ -334,38 +299,3 @@ def in_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 def _words(text: str) -> str:
     text = re.sub(r'`-p "(\w+)=([^"`]+)"`', r'`\1="\2"`', text)
     return re.sub(r"`-p (\w+)", r"`\1", text).replace("`-p`", "a keyword")
-
-
-# -- Params that the command line holds fixed, as the file would write them --------------------------------------------
-
-AMOUNT = re.compile(r"(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(?P<unit>\S*)")
-
-
-@dataclass(frozen=True)
-class FixedParam:
-    """One param that is no gene in this run."""
-
-    name: str
-    value: float | str
-    """Number in the file's own unit, or the text of the command line."""
-    unit: str = ""
-
-    @property
-    def text(self) -> str:
-        """The value without its unit."""
-        return self.value if isinstance(self.value, str) else f"{self.value:.10g}"
-
-
-def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[FixedParam, ...]:
-    """Return the params that `-p` and `--freeze` fix, in the order given."""
-    entries = param_entries(module)
-    return tuple(
-        _held(name, override_text(entries[name], text) if name in entries else text) for name, text in overrides.items()
-    )
-
-
-def _held(name: str, text: str) -> FixedParam:
-    amount = AMOUNT.fullmatch(text.strip())
-    if amount is None or amount["unit"] not in ("", *UNIT_WORDS):
-        return FixedParam(name, text)
-    return FixedParam(name, float(amount["number"]), amount["unit"])

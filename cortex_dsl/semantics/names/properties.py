@@ -1,5 +1,5 @@
-"""Properties of objects, one row each: the classes of `new`, the numbers and truths that `with` sets, and the arguments of
-`environment`, with column, dimension and legal range.
+"""Properties of objects, one row each: the classes of `new`, the numbers and truths that `with` sets, and the arguments
+of `environment`, with column, dimension and legal range.
 """
 
 import math
