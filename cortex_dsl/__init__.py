@@ -14,12 +14,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.proofs import prove
     from cortex_dsl.api.resuming import resume
     from cortex_dsl.api.runs import open_run, search
-    from cortex_dsl.api.scenario import Scenario
+    from cortex_dsl.api.scenario import Scenario, compile_text, load
     from cortex_dsl.api.studies import study
     from cortex_dsl.diagnostics import CompileError
     from cortex_dsl.interchange.exchange import export, measure, measure_all
@@ -51,9 +50,9 @@ _HOMES = {
     "CompileError": "cortex_dsl.diagnostics",
     "Config": "engine.config",
     "Scenario": "cortex_dsl.api.scenario",
-    "compile_text": "cortex_dsl.api.loading",
+    "compile_text": "cortex_dsl.api.scenario",
     "export": "cortex_dsl.interchange.exchange",
-    "load": "cortex_dsl.api.loading",
+    "load": "cortex_dsl.api.scenario",
     "measure": "cortex_dsl.interchange.exchange",
     "measure_all": "cortex_dsl.interchange.exchange",
     "open_run": "cortex_dsl.api.runs",

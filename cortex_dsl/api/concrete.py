@@ -17,7 +17,7 @@ from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, 
 from cortex_dsl.semantics.names.tree import all_params, bound_name, everything_in, param_entries, scenic_model
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.copies import format_copy
+from cortex_dsl.syntax.formatting import format_copy
 from engine.config import SimulationConfig
 from engine.maps import MapFile, RoadSpec, map_name
 from engine.program import ChoiceLabel, DrawSite, Program

@@ -14,8 +14,7 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cortex_dsl.api.case_files import Writable, worst_files
-from cortex_dsl.api.derived_files import derived_files, write_derived
+from cortex_dsl.api.derived_files import Writable, derived_files, worst_files, write_derived
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source

@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from cortex_dsl.api.arguments import SearchSettings, kind, path_of, with_keywords
-from cortex_dsl.api.case_files import WORST_FOLDER
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.derived_files import WORST_FOLDER
 from cortex_dsl.api.run_folder import (
     FAILURES,
     KeptFiles,
     check_map,
 )
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source

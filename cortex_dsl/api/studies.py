@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.arguments import PRESET, PROFILE, StudySettings
-from cortex_dsl.api.loading import load
 from cortex_dsl.api.restoring import restore_study
 from cortex_dsl.api.run_folder import origin_of
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, load
 from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.api.loading import in_file
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, in_file
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest

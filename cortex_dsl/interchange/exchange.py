@@ -64,7 +64,7 @@ def export(
         InterchangeError: a format cannot carry the case.
         StoreError: the files cannot be written; none of them is.
     """
-    from cortex_dsl.interchange.writing import gather
+    from cortex_dsl.interchange.formats import gather
     from engine.atomic import standing, write_all
     from engine.interchange.contract import ExportOptions
 

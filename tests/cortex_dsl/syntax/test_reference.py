@@ -68,7 +68,7 @@ def test_tables_and_lists_are_complete() -> None:
     evaluation = CALL_LIMIT, EVALUATION_LIMIT, REPETITION_LIMIT
     for limit in (VARIANT_LIMIT, MAX_INTERSECTIONS, RANGE_LIMIT, *evaluation, MAX_SAMPLES):
         assert re.search(rf"\b{limit:,}\b", limits), limit
-    assert f"{SimulationConfig().instruction_budget:,} instructions" in " ".join(state.split())
+    assert f"{SimulationConfig().instruction_budget:,} instructions" in " ".join(limits.split())
 
 
 @pytest.mark.parametrize("keyword", KEYWORDS, ids=lambda keyword: keyword.phrase)
