@@ -1,6 +1,6 @@
 """One layout for every file: `format_source`. Comments and the spelling of numbers, units and strings are unchanged.
 
-`pieces` sets spaces, `wrapping` line breaks; this module sets the layout between lines and over several lines. At most
+`pieces` sets spaces; this module sets line breaks and the layout between lines and over several lines. At most
 two blank lines follow each other, none follows a line that opens a block, and definitions have one around them. The `=`
 of params on consecutive lines are aligned; those of assignments too, if the author aligned one of them.
 """
