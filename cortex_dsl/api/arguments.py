@@ -14,11 +14,10 @@ import numpy as np
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.spelling import nearest
-from engine.arguments import LEFT_OUT, kind, whole
-from engine.arguments import path_of as path_of
-from engine.arguments import row_of as row_of
 from engine.config import Config, GAConfig, SearchConfig
-from engine.errors import ArgumentError, ArgumentKindError
+from engine.errors import LEFT_OUT, ArgumentError, ArgumentKindError, kind, whole
+from engine.errors import path_of as path_of
+from engine.errors import row_of as row_of
 from engine.program import Program
 
 if TYPE_CHECKING:

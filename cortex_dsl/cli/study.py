@@ -172,11 +172,14 @@ def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Termi
     if not len(compiled.program.space):
         raise UsageError(f"`{file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     from cortex_dsl.api.run_folder import origin_of
-    from cortex_dsl.console.simulating import open_scenario
+    from cortex_dsl.console.simulating import open_scenario, proved_impossible
     from engine.study.plan import Subject
 
     run = replace(filled(RunRequest, options), jobs=1)
     scenario = open_scenario(request, run, compiled, filled(SearchRequest, options))
+    if (impossible := proved_impossible(scenario, request, run, terminal, "study", {"runs": 0})) is not None:
+        terminal.note(f"`{file}` cannot be studied, and nothing is begun; correct it, or leave it out", "warn")
+        return impossible
     return Subject(name, str(file), scenario.program, scenario.config, origin_of(scenario))
 
 
@@ -271,6 +274,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files next to the study, and show its results so far."""
     from cortex_dsl.api.restoring import restore_study
+    from cortex_dsl.cli.search_output import note_outdated
     from cortex_dsl.report.terminal.study_view import study_view
     from engine.study.database import read_study
     from engine.study.verdict import findings
@@ -278,6 +282,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     study = read_study(folder)
     found = findings(study.plan, study.records)
     restore_study(study, found)
+    note_outdated(folder, terminal)
     if not json:
         terminal.out.print(study_view(study, found, terminal.out.width))
     code = _end_of(study, terminal)

@@ -10,8 +10,9 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Protocol
 
 from cortex_dsl.interchange.cases import ExportCase
+from engine.errors import InterchangeError
 from engine.extras import installing, is_installed
-from engine.interchange.contract import Export, ExportOptions, Finding, InterchangeError
+from engine.interchange.contract import Export, ExportOptions, Finding
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase

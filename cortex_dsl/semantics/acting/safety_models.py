@@ -23,153 +23,36 @@ within 4 s is a risk, as in `engine.avoidability`, and the fuzzy model treats th
 vehicle.
 """
 
-import math
-
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.braking import (
-    MARGIN,
     STANDSTILL,
     Targets,
     blocked,
-    closing_speed,
+    ground_speed,
     inner_acts,
+    is_target,
     moves,
     stays_close,
     waits,
 )
 from cortex_dsl.semantics.acting.foreseeing import (
+    EVERYWHERE,
     LEAST_LINE,
-    SAME_WAY,
-    Conflict,
+    SLACK,
+    Extent,
     Sight,
-    braking_helps,
-    can_stop,
-    foreseen,
 )
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
-from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
-from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
-from cortex_dsl.semantics.evaluation.roads import network_of
-from cortex_dsl.semantics.evaluation.seeing import unhidden
-from cortex_dsl.semantics.model.values import Actor, Pose
+from cortex_dsl.semantics.acting.partners import Beside, Seen, partners_of
+from cortex_dsl.semantics.evaluation.geometry import is_present, others, size_of, state
+from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
-    cos,
     maximum,
     minimum,
-    path_distance,
-    path_pose,
-    path_project,
-    sin,
     where,
 )
-from engine.frozen import frozen
 from engine.vocabulary import State
-
-# -- the next partners of the ego on its lane and beside it ------------------------------------------------------------
-
-
-@frozen
-class Seen:
-    """Another actor as the models see it."""
-
-    other: Actor
-    conflict: Conflict
-    in_lane: Term
-    """Whether it is on my way already, before me."""
-    speed: Term
-    """Its speed along my way [m/s]; negative for an oncoming actor."""
-    closing: Term
-    """Rate at which the gap shrinks [m/s]."""
-    crosses: Term
-    """Whether both are in an area of crossing ways together, and the actor can react."""
-    beside: "Beside | None"
-    """Place on a lane next to that of the actor; None for one that is never in a lane."""
-
-    @property
-    def gap(self) -> Term:
-        """Return the gap to the actor or to the area [m]."""
-        return self.conflict.enter
-
-
-@frozen
-class Beside:
-    """Another actor relative to my lane."""
-
-    ahead: Term
-    """Gap from the front of the actor to its rear along the lane, negative if they overlap [m]."""
-    apart: Term
-    """Gap between the sides of both outlines, across my lane [m]."""
-    along: Term
-    """Cosine of its heading against that of my lane."""
-    speed: Term
-    """Speed along my lane [m/s]."""
-    nearing: Term
-    """Speed towards me, across my lane [m/s]."""
-    deviation: Term
-    """Lateral offset from the middle of its lane [m]."""
-
-    @property
-    def comes_over(self) -> Term:
-        """Return whether an actor drives my way next to me and moves towards me.
-
-        The test is a cone and a least speed, not signs: for motion exactly along or across my lane, a component of the
-        velocity is 0 but for rounding. Definition 6 does not cover crossing actors.
-        """
-        return (self.along > SAME_WAY) & (self.speed > STANDSTILL) & (self.apart > 0.0) & (self.nearing > STANDSTILL)
-
-
-def seen_by(job: Job, other: Actor) -> Seen:
-    still = job.ev.algebra.literal(0.0)
-    conflict = foreseen(job, -1.0, other, Sight.of(job), job.speed(), still)
-    present, closing = is_present(job.ev, other), closing_speed(job, other, conflict)
-    in_lane = present & conflict.exists & (conflict.is_ahead | conflict.comes)
-    crosses = present & conflict.crosses & conflict.coincides(MARGIN) & (conflict.enter > 0.0)
-    crosses = crosses & (can_stop(job, conflict) | braking_helps(job, conflict))
-    beside = None if other.kind in NOT_VEHICLES else _beside(job, other)
-    return Seen(other, conflict, in_lane, job.speed() - closing, closing, crosses, beside)
-
-
-def _beside(job: Job, other: Actor) -> Beside:
-    ev, network = job.ev, network_of(job.ev)
-    here, there = current_pose(ev, job.actor), current_pose(ev, other)
-    path = _lane_path(job, here, [each.default_route for each in network.lanes])
-    s, foot = path_project(path, there.x, there.y), path_project(path, here.x, here.y)
-    long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length"))
-    wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
-    aside = _left_of(path, s, there) - _left_of(path, foot, here)
-    _, _, heading = path_pose(path, s)
-    speed, turn = state(ev, other, State.SPEED), there.heading - heading
-    across, along = speed * sin(turn), cos(turn)
-    own = _lane_path(job, there, [each.path for each in network.lanes])
-    return Beside(
-        ahead=where(unhidden(ev, job.actor, other), s - foot - long, math.inf),
-        apart=abs(aside) - wide,
-        along=along,
-        speed=speed * along,
-        nearing=where(aside > 0.0, -across, across),
-        deviation=path_distance(own, there.x, there.y),
-    )
-
-
-def _lane_path(job: Job, pose: Pose, paths: list[int]) -> Term:
-    lane = index_of(job.ev, lane_at(job.ev, pose))
-    assert lane is not None
-    return looked_up(job.ev, lane, [float(path) for path in paths], missing=0.0)
-
-
-def _left_of(path: Term, s: Term, pose: Pose) -> Term:
-    x, y, heading = path_pose(path, s)
-    return (pose.y - y) * cos(heading) - (pose.x - x) * sin(heading)
-
-
-def partners_of(job: Job) -> list[Seen]:
-    return [seen_by(job, other) for other in others(job.ev, job.actor)]
-
-
-# -- safety models -----------------------------------------------------------------------------------------------------
-
 
 GRAVITY = 9.81
 JERK = 12.65
@@ -204,7 +87,7 @@ compares them.
 
 def responsibility(job: Job) -> ir.Block:
     """Another behaviour; the proper response while a situation is dangerous."""
-    seen = partners_of(job)
+    seen = partners_of(job, lambda other: _extent_of_response(job, other))
     dangerous = job.ev.algebra.any_of([_is_dangerous(job, each) for each in seen]) & moves(job)
     needed = job.ev.algebra.literal(0.0)
     for each in seen:
@@ -216,6 +99,15 @@ def responsibility(job: Job) -> ir.Block:
     braking = maximum(needed, job.number("least_braking", LEAST_BRAKING))
     brake = _brake(job, dangerous | _must_wait(job), braking)
     return (ir.TryInterrupt(job.call.span, inner_acts(job), ((dangerous, (brake,)),)),)
+
+
+def _extent_of_response(job: Job, other: Actor) -> Extent:
+    """Return the greatest distances of definitions 1 and 2, and those at which `least_braking` no longer suffices."""
+    mine, theirs = abs(job.speed()), ground_speed(job, other)
+    near = _stopping(job, mine, _least(job)) + (LEAST_LINE + SLACK)
+    oncoming = _stopping(job, mine, IN_LANE_BRAKING) + _stopping(job, theirs, _least(job))
+    both = (mine + theirs) * (mine + theirs) / (2.0 * _least(job))
+    return Extent(near, maximum(oncoming, both) + SLACK)
 
 
 def _is_dangerous(job: Job, seen: Seen) -> Term:
@@ -299,9 +191,13 @@ HORIZON = 4.0
 
 def careful_driver(job: Job) -> ir.Block:
     """Another behaviour; the brakes of UN R157's careful human driver while there is a risk."""
-    seen, sight = partners_of(job), Sight.of(job)
+    numbers = {other.index: job.ev.run.new_local() for other in others(job.ev, job.actor)}
+    seen = partners_of(job, lambda other: _extent_of_risk(job, other).unless(is_target(job, numbers[other.index])))
+    sight = Sight.of(job)
     risks = [_is_risk(job, each) for each in seen]
-    targets = Targets.of(job, risks, [is_present(job.ev, each.other) & each.conflict.exists for each in seen])
+    targets = Targets.of(
+        job, [*numbers.values()], risks, [is_present(job.ev, each.other) & each.conflict.exists for each in seen]
+    )
     risk = job.ev.algebra.any_of(risks) & moves(job)
     stays = job.ev.algebra.any_of([stays_close(job, each.other, sight) for each in seen])
     goes_on = stays | targets.block(job, [(each.other, each.conflict) for each in seen]) | blocked(job)
@@ -311,6 +207,12 @@ def careful_driver(job: Job) -> ir.Block:
     near = job.ev.algebra.any_of([each.in_lane & (each.gap < job.speed() * CRITICAL) for each in seen])
     brakes = risk | goes_on
     return _after_a_while(job, risk, late, brakes | near, where(brakes, hardest, 0.0), targets)
+
+
+def _extent_of_risk(job: Job, other: Actor) -> Extent:
+    """Return the greatest distances of a risk, or of an actor ahead behind which the driver does not speed up."""
+    speed = abs(job.speed())
+    return Extent(speed * HORIZON + SLACK, (speed + ground_speed(job, other)) * CRITICAL + SLACK)
 
 
 def _is_risk(job: Job, seen: Seen) -> Term:
@@ -339,7 +241,8 @@ SPARE = 0.1
 
 def fuzzy_safety(job: Job) -> ir.Block:
     """Another behaviour; brakes by how unsafe the fuzzy model finds the situation."""
-    seen = partners_of(job)
+    # An actor that merges is a risk only while no area with it is known, wherever that area is.
+    seen = partners_of(job, lambda _: EVERYWHERE)
     braking = job.ev.algebra.literal(0.0)
     for each in seen:
         braking = maximum(braking, _reaction(job, each))
