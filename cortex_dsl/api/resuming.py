@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from cortex_dsl.api.arguments import callback, objectives_of
-from cortex_dsl.api.case_files import worst_files
+from cortex_dsl.api.derived_files import worst_files
 from cortex_dsl.api.restoring import restore
 from cortex_dsl.api.run_folder import (
     OnRemoved,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cortex_dsl.api.resuming import reopened
-from cortex_dsl.api.run_folder import SearchResult, search_and_keep
+from cortex_dsl.api.run_folder import SearchOptions, SearchResult, search_and_keep
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import (
@@ -74,17 +74,15 @@ def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchReque
     """One whole search with its run directory."""
     folder = _folder(method, asked, scenario.program)
     with watched(terminal, method, asked.generations) as on_generation:
-        return search_and_keep(
-            scenario,
-            method,
-            folder,
+        options = SearchOptions(
             profile=run.profile,
             objective=asked.objective,
-            command_line=asked.command_line,
+            workers=chosen_workers(scenario.config.search.engine, run.jobs, asked.dask),
             on_generation=on_generation,
             on_removed=removed(terminal),
-            workers=chosen_workers(scenario.config.search.engine, run.jobs, asked.dask),
+            command_line=asked.command_line,
         )
+        return search_and_keep(scenario, method, folder, options)
 
 
 def _folder(method: str, asked: SearchRequest, program: Program) -> Path:

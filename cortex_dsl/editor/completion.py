@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from cortex_dsl.editor.analysis import View, analyse
-from cortex_dsl.editor.facts import ObservedValue, ObservedValues, described, ending_at
+from cortex_dsl.editor.analysis import ObservedValue, ObservedValues, View, analyse, described, ending_at
 from cortex_dsl.editor.fitting import TEMPORAL, Candidate, Sort, asked_at, fitting
 from cortex_dsl.editor.hover import (
     argument_text,

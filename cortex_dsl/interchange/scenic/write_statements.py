@@ -20,8 +20,8 @@ from cortex_dsl.interchange.scenic.scenic_names import (
 )
 from cortex_dsl.interchange.scenic.write_expressions import Expressions, heading_from_north
 from cortex_dsl.semantics.model.values import Actor, Pose, Value
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS
 from cortex_dsl.semantics.names.linking import ImportedFile
+from cortex_dsl.semantics.names.properties import ACTOR_KINDS
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes

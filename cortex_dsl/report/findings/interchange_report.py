@@ -183,7 +183,7 @@ class Exported(Protocol):
 
 
 class Gathered(Protocol):
-    """All files of an export with their remarks: see `cortex_dsl.interchange.writing`."""
+    """All files of an export with their remarks: see `cortex_dsl.interchange.formats`."""
 
     @property
     def files(self) -> Mapping[str, bytes]: ...

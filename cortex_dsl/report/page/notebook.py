@@ -16,12 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.api.arguments import kind, path_of, row_of
 from cortex_dsl.report.findings.case_replay import Runnable
 from cortex_dsl.report.findings.framing import CARD, Frame, heading_of_road
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
-from engine.errors import ArgumentKindError
+from engine.errors import ArgumentKindError, kind, path_of, row_of
 from engine.program import Program
 from engine.road import build_network
 from engine.road.outline import outline

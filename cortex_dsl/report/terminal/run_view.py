@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import broken_words
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, format_gene, significant
@@ -23,6 +22,7 @@ from cortex_dsl.report.terminal.measures_view import (
 )
 from cortex_dsl.report.terminal.scene_view import KeyMoment, scene_view
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, right, section, sparkline, title_of
+from cortex_dsl.semantics.names.linking import FixedParam
 from engine.outcomes import Outcomes
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES

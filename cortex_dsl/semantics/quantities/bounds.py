@@ -212,7 +212,7 @@ class Weight:
             return self
         return Weight(self.possible or other.possible, self.certain and other.certain, self.genes | other.genes)
 
-    def labels(self, genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
+    def labels(self, genes: Sequence[ir.GeneInfo]) -> tuple[Label, ...]:
         """The declared ranges of its genes."""
         return _labels(self.genes, genes)
 
@@ -222,7 +222,7 @@ def weight_of(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
     return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
 
 
-def range_labels(expression: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
+def range_labels(expression: ir.Expr, genes: Sequence[ir.GeneInfo]) -> tuple[Label, ...]:
     """The declared ranges of the genes that an expression depends on."""
     return _labels(_genes(expression), genes)
 
@@ -231,9 +231,8 @@ def _genes(expression: ir.Expr) -> frozenset[int]:
     return frozenset(part.index for part in parts(expression) if isinstance(part, ir.Gene))
 
 
-def _labels(indices: frozenset[int], genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
-    known = list(genes.values())
-    return tuple(Label(known[i].span, _range(known[i])) for i in sorted(indices))
+def _labels(indices: frozenset[int], genes: Sequence[ir.GeneInfo]) -> tuple[Label, ...]:
+    return tuple(Label(genes[i].span, _range(genes[i])) for i in sorted(indices))
 
 
 def _range(gene: ir.GeneInfo) -> str:

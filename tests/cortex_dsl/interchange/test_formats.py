@@ -8,8 +8,7 @@ import pytest
 from cortex_dsl.cli import main
 from cortex_dsl.interchange import formats
 from cortex_dsl.interchange.cases import ExportCase
-from cortex_dsl.interchange.formats import FORMATS, missing_extra
-from cortex_dsl.interchange.writing import gather
+from cortex_dsl.interchange.formats import FORMATS, gather, missing_extra
 from engine.errors import InterchangeError
 from engine.extras import installing
 from engine.interchange.contract import MODES, OSC_VERSIONS, Export, ExportOptions

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from rich.console import Console, Group, RenderableType
 
-from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.readable import KM_H, name_of
 from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -23,6 +22,7 @@ from cortex_dsl.report.terminal.run_view import run_view
 from cortex_dsl.report.terminal.sample_view import sample_view
 from cortex_dsl.report.terminal.search_view import comparison_view, search_view
 from cortex_dsl.report.terminal.theme import THEME, title_of
+from cortex_dsl.semantics.names.linking import FixedParam
 from engine.maps import RoadSpec
 from engine.metrics import Metric, Recorded
 from engine.outcomes import Outcomes

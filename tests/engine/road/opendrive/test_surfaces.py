@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cortex_dsl.api.loading import compile_text
+from cortex_dsl.api.scenario import compile_text
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.errors import InterchangeError
