@@ -8,6 +8,7 @@ import pytest
 from cortex_dsl.cli.command_table import FILE, SUBCOMMANDS
 from cortex_dsl.codes import find
 from docs.builder.pages import GENERATED, anchor
+from docs.builder.site import LANGUAGE
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -43,9 +44,7 @@ def test_commands_and_codes_exist(page: Path) -> None:
         assert find(code) is not None, code
 
 
-@pytest.mark.parametrize(
-    "name", ["reference/language.md", "tutorial/first-collision.md", "how-to/coming-from-scenic.md"]
-)
+@pytest.mark.parametrize("name", [*LANGUAGE, "tutorial/first-collision.md", "how-to/coming-from-scenic.md"])
 def test_options_exist(name: str) -> None:
     """Of `cortexc FILE`; what stands with another command is that one's."""
     text = re.sub(r"`cortexc [a-z]+ [^`]*`", "", (DOCS / name).read_text(encoding="utf-8"))
