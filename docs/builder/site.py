@@ -30,6 +30,7 @@ LANGUAGE = (
 )
 """Pages on the language, in the order of reading; the first one lists the others."""
 REFERENCE = (
+    "reference/overview.md",
     "reference/commands.md",
     "reference/python.md",
     "reference/metrics.md",
@@ -67,7 +68,7 @@ def stage(folder: Path, *, with_gallery: bool = True) -> None:
     for place, text in program.diagnostics().items():
         _write(target / place, text)
     shutil.copytree(ROOT / "docs" / "assets", target / "assets")
-    films = gallery.films() if with_gallery else []
+    films = [*gallery.films()] if with_gallery else []
     _write(target / "gallery/index.md", gallery.page(films))
     for film in films:
         _write(target / f"gallery/{film.name}.html", film.page)
