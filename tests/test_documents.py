@@ -60,3 +60,9 @@ def test_files_exist(name: str) -> None:
         prose(ROOT / name),
     ):
         assert any((ROOT / base / path).exists() for base in ("", "engine", "cortex_dsl")), path
+
+
+@pytest.mark.parametrize(("name", "lines"), [("ARCHITECTURE.md", 150), ("benchmarks/README.md", 150)])
+def test_pages_are_short(name: str, lines: int) -> None:
+    """A page for readers of one hour has a limit of lines; how a figure or a layout came about is in the log."""
+    assert len((ROOT / name).read_text(encoding="utf-8").splitlines()) <= lines
