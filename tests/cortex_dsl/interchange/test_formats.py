@@ -43,7 +43,7 @@ def test_nothing_that_was_written_is_found_fault_with(worst: ExportCase, name: s
     export = FORMATS[name].writer(worst, worst.recording.name, ExportOptions(mode=mode))
     for file, content in export.files.items():
         (tmp_path / file).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert list(FORMATS[name].checker(worst, tmp_path, list(export.files), ExportOptions(mode=mode))) == []
+    assert list(FORMATS[name].load_checker()(worst, tmp_path, list(export.files), ExportOptions(mode=mode))) == []
 
 
 def test_a_missing_package_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

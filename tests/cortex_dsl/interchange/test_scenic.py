@@ -57,7 +57,7 @@ def test_everybody_stands_where_the_run_began(path: Path, tmp_path: Path) -> Non
         assert (state[State.X], state[State.Y], state[State.HEADING] - math.pi / 2.0) in nearest
     for name, content in export.files.items():
         (tmp_path / name).write_text(str(content), encoding="utf-8")
-    check = FORMATS["scenic"].checker
+    check = FORMATS["scenic"].load_checker()
     assert (
         list(
             check(
