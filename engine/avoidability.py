@@ -29,13 +29,20 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import in_parts, memory, plan, requested, samples_of
-from engine.kernels.avoidance import LONGEST, Case, ReferenceDrive, avoidability_rows, resimulate_with_reference
+from engine.kernels.avoidance import (
+    LONGEST,
+    Case,
+    DriveMemory,
+    ReferenceDrive,
+    avoidability_rows,
+    resimulate_with_reference,
+)
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
-from engine.kernels.run_state import Run
+from engine.kernels.rows import Window
 from engine.program import Program
 from engine.scenes import Scenes, weather_sight
-from engine.tables import Bools, Floats, Ints
+from engine.tables import Bools, Ints
 from engine.vocabulary import Blame, Fault
 
 R157 = Driver(
@@ -127,12 +134,12 @@ def avoidability(
     reach = weather_sight(program, scenes.variant, scenes.values)
     said: list[Avoidability | None] = [None] * len(scenes)
 
-    def drive(first: int, last: int) -> None:
-        run, outlines, path = room(program, config, samples_of(config) + 1)
-        for row in (first + np.flatnonzero(scenes.valid[first:last])).tolist():
+    def drive(window: Window) -> None:
+        scratch = drive_memory(program, config, samples_of(config) + 1)
+        for row in (window.first + np.flatnonzero(scenes.valid[slice(*window)])).tolist():
             case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
             sees = driver._replace(reach=min(driver.reach, float(reach[row])))
-            again = resimulate_with_reference(shared, run, case, outlines, path, sees)
+            again = resimulate_with_reference(shared, scratch, case, sees)
             said[row] = None if again.contact == NEVER else _answer(again, config.time_step)
 
     in_parts(len(scenes), jobs, drive)
@@ -154,17 +161,18 @@ def blame(
     )
     said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
 
-    def drive(first: int, last: int) -> None:
-        avoidability_rows(shared, rows, reach, first, last, *room(program, config, samples_of(config) + 1), R157, said)
+    def drive(window: Window) -> None:
+        scratch = drive_memory(program, config, samples_of(config) + 1)
+        avoidability_rows(shared, rows, reach, window, scratch, R157, said)
 
     in_parts(len(scenes), jobs, drive)
     return said
 
 
-def room(program: Program, config: SimulationConfig, samples: int) -> tuple[Run, Floats, Floats]:
-    """Return reusable memory: a run of `samples` samples and `LONGEST` more, outlines, and the ego's path."""
+def drive_memory(program: Program, config: SimulationConfig, samples: int) -> DriveMemory:
+    """Return memory for runs of `samples` samples and `LONGEST` more."""
     run = memory(program, samples + math.ceil(LONGEST / config.time_step))
-    return run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS))
+    return DriveMemory(run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS)))
 
 
 def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:

@@ -17,9 +17,8 @@ from cortex_dsl.semantics.names.linking import override_text, param_entries
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import UNIT_WORDS
-from engine.arguments import LEFT_OUT, whole
 from engine.config import Config, SearchConfig
-from engine.errors import ArgumentError, ArgumentKindError, RowError
+from engine.errors import LEFT_OUT, ArgumentError, ArgumentKindError, RowError, whole
 from engine.program import Program
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ PAGE, VERIFICATION = "report.html", "verification.json"
 WITH_CHECKSUM: Mapping[str, str] = {
     PAGE: "`cortexc report {}` writes the page again",
     ESTIMATES: "remove the estimates; `cortexc probability {}` estimates again",
-    VERIFICATION: "remove the second opinion; `cortexc verify {} --model dynamic` asks again",
+    VERIFICATION: "`cortexc verify {} --model dynamic` asks for the second opinion again",
 }
 """Files that contain a checksum of themselves, and the cure for a wrong one."""
 

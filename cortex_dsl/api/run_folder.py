@@ -198,7 +198,7 @@ def carry_out(work: SearchJob, journal: Journal, record: Record | None = None) -
             cases = (*campaign.worst, *worst_runs(campaign.evaluations))
             recorder.record_worst(cases)
             recorder.failures.clear()  # of probes of its genes, which are no simulations of the run
-            recorder.record_missing(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
+            recorder.record_missing(work.scenario.program, work.scenario.config, campaign.evaluations.rollouts, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
         write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link))

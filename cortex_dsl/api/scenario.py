@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
-    from engine.driving.environment import Environment
+    from engine.environment import Environment
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
@@ -143,8 +143,7 @@ class Scenario:
         and for all others. A file with `record … as "reward"` takes precedence. `observe`: `records` of the file, or
         `egocentric`.
         """
-        from engine.driving.beside import others_of
-        from engine.driving.environment import Environment, Episodes
+        from engine.environment import Environment, Episodes, others_of
 
         n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
         arguments.one_of("observe", observe, OBSERVABLE)

@@ -9,7 +9,15 @@ from cortex_dsl.api.resuming import reopened
 from cortex_dsl.api.run_folder import SearchResult, search_and_keep
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import chosen_workers, opened_run, removed, request_of, show_found, usage_errors
+from cortex_dsl.cli.search_output import (
+    chosen_workers,
+    note_outdated,
+    opened_run,
+    removed,
+    request_of,
+    show_found,
+    usage_errors,
+)
 from cortex_dsl.console.command import DASK, EGO, EXAMPLE_RUN, GENERATIONS, JOBS, Command, Condition, run_of
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
@@ -143,6 +151,7 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
             compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
+        note_outdated(run.folder, terminal)
     return show_found([found], run.scenario, request_of(run, json=options.json), terminal)
 
 

@@ -115,6 +115,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files next to the study, and show its results so far."""
     from cortex_dsl.api.restoring import restore_study
+    from cortex_dsl.cli.search_output import note_outdated
     from cortex_dsl.report.terminal.study_view import study_view
     from engine.study.database import read_study
     from engine.study.verdict import findings
@@ -122,6 +123,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     study = read_study(folder)
     found = findings(study.plan, study.records)
     restore_study(study, found)
+    note_outdated(folder, terminal)
     if not json:
         terminal.out.print(study_view(study, found, terminal.out.width))
     code = _end_of(study, terminal)

@@ -157,9 +157,12 @@ def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Termi
     if not len(compiled.program.space):
         raise UsageError(f"`{file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     from cortex_dsl.api.run_folder import origin_of
-    from cortex_dsl.console.simulating import open_scenario
+    from cortex_dsl.console.simulating import open_scenario, proved_impossible
     from engine.study.plan import Subject
 
     run = replace(filled(RunRequest, options), jobs=1)
     scenario = open_scenario(request, run, compiled, filled(SearchRequest, options))
+    if (impossible := proved_impossible(scenario, request, run, terminal, "study", {"runs": 0})) is not None:
+        terminal.note(f"`{file}` cannot be studied, and nothing is begun; correct it, or leave it out", "warn")
+        return impossible
     return Subject(name, str(file), scenario.program, scenario.config, origin_of(scenario))

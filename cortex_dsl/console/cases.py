@@ -144,7 +144,7 @@ def write_cases(
     """
     from cortex_dsl.interchange.writing import gather
     from cortex_dsl.report.findings.interchange_report import Written
-    from engine.interchange.contract import InterchangeError
+    from engine.errors import InterchangeError
 
     try:
         gathered = gather(cases, formats, how)

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.driving.blocks import Driver
     from engine.metrics import Metric
+    from engine.scenes import Impact
     from engine.search.campaign import Campaign
-    from engine.world.impacts import Impact
 
 
 def open_scenario(

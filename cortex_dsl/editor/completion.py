@@ -28,7 +28,7 @@ from cortex_dsl.semantics.names.builtins import BUILTINS, REDUCERS, SPECIAL_NAME
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, PROPERTIES
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
 from cortex_dsl.syntax.words import KEYWORDS, TEMPORAL_PREFIXES, Keyword, Role
-from engine.named_results import NAMED_RESULTS
+from engine.judged import NAMED_RESULTS
 from engine.vocabulary import ManeuverType
 
 # -- what may follow a dot: found by asking the value that stands before it --------------------------------------------

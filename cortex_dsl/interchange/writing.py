@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 from cortex_dsl.interchange.cases import ExportCase
 from cortex_dsl.interchange.formats import FORMATS, missing_extra
-from engine.interchange.contract import Export, ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export, ExportOptions
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.recording import Recording
 from engine.vocabulary import ActorKind, State
 

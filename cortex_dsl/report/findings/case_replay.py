@@ -46,8 +46,8 @@ from engine.tables import Floats
 from engine.vocabulary import ActorKind, State, Verdict
 
 if TYPE_CHECKING:
+    from engine.scenes import Impact
     from engine.world import WorldRun
-    from engine.world.impacts import Impact
 
 COLOURS = 6
 """Actors that have a colour of their own."""

@@ -18,7 +18,8 @@ from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason
 
 if TYPE_CHECKING:
-    from engine.interchange.contract import ExportOptions, InterchangeError
+    from engine.errors import InterchangeError
+    from engine.interchange.contract import ExportOptions
 
 APART = 2.0
 """Between two points of a line [m]."""

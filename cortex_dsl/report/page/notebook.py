@@ -98,7 +98,7 @@ def replay(scenario: Runnable, scenes: Scenes, row: int = 0) -> Shown:
     """One valid scene run in the world host, as a page that plays."""
     from cortex_dsl.report.findings.case_replay import replay_case
     from cortex_dsl.report.page.case_page import case_page
-    from engine.search.assessment import take
+    from engine.assessment import take
 
     kind("scenes", scenes, Scenes, "`sample` draws some, `scene` is that of a case")
     row = row_of(scenes, row)

@@ -41,9 +41,8 @@ from cortex_dsl.semantics.quantities.algebra import Term, where
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
-from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.network import TRAFFIC_LIGHT, Intersection, Lane, LaneGroup, Maneuver, Network, Road, RoadSign
 from engine.road.sections import LaneSection, group_of, opposite_group, road_of
-from engine.road.signs import TRAFFIC_LIGHT, RoadSign
 from engine.vocabulary import ManeuverType, State
 
 Entry = TypeVar("Entry")

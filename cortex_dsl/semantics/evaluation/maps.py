@@ -20,8 +20,7 @@ from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
-from engine.errors import CortexError
-from engine.interchange.contract import InterchangeError
+from engine.errors import CortexError, InterchangeError
 from engine.maps import KINDS, MapFile, MapSpec
 from engine.road.build import MAKERS, wrong_numbers
 

@@ -18,7 +18,7 @@ from cortex_dsl.semantics.quantities.units import PURE, TIME, UNITS, product
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
-from engine.named_results import NAMED_RESULTS
+from engine.judged import NAMED_RESULTS
 from engine.vocabulary import Reducer, RuleKind
 
 RESULTS = {row.name: row for row in NAMED_RESULTS}

@@ -50,9 +50,8 @@ from cortex_dsl.semantics.quantities.units import (
     si_word,
 )
 from cortex_dsl.syntax import nodes
-from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road, RoadSign
 from engine.road.sections import LaneSection
-from engine.road.signs import RoadSign
 from engine.vocabulary import ManeuverType
 
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (

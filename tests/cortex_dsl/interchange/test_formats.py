@@ -10,8 +10,9 @@ from cortex_dsl.interchange import formats
 from cortex_dsl.interchange.cases import ExportCase
 from cortex_dsl.interchange.formats import FORMATS, missing_extra
 from cortex_dsl.interchange.writing import gather
+from engine.errors import InterchangeError
 from engine.extras import installing
-from engine.interchange.contract import MODES, OSC_VERSIONS, Export, ExportOptions, InterchangeError
+from engine.interchange.contract import MODES, OSC_VERSIONS, Export, ExportOptions
 from engine.interchange.sources import read_recording
 
 INSTALLED = [name for name in FORMATS if not missing_extra(name)]

@@ -12,7 +12,8 @@ import pytest
 from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
 from cortex_dsl.interchange.formats import FORMATS, scenic
-from engine.interchange.contract import ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import ExportOptions
 from engine.road import LaneRole, build_network
 from engine.vocabulary import State
 
