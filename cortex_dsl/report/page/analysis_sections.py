@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
+from cortex_dsl.report.blocks import Grid as GridBlock
 from cortex_dsl.report.findings.analysis_report import (
     AVOIDANCES,
     DRIVER,
@@ -20,14 +21,13 @@ from cortex_dsl.report.findings.analysis_report import (
 )
 from cortex_dsl.report.findings.failures import BLAMES, MEANING, kind_text, rest_text
 from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, shortened
-from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
+from cortex_dsl.report.page.markup import Element, Node, element, figure, folded, part, table
 from cortex_dsl.report.page.run_charts import bars, strip
 from cortex_dsl.report.page.scene_svg import number
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import Analysis
-from engine.search.insight.diversity import Grid
 from engine.search.insight.sensitivity import Indices, Sensitivity, Share
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
@@ -49,12 +49,13 @@ KINDS = (
     "One kind: the same other actor, on the same side, with the same relative heading, both at similar speeds, and the "
     f"same verdict of the reference driver. {MEANING[0].upper()}{MEANING[1:]}."
 )
+HOW = "How this is determined"
 SHOWN = 20
 """Kinds that the page shows."""
 
 
-def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
-    """Return the section on kinds of failures; first the kinds that a competent driver would have avoided."""
+def kinds(actors: Sequence[str], analysis: Analysis, pictures: Node) -> Node:
+    """Return the section on kinds of failures: pictures, and a table that begins with the avoidable kinds."""
     if not (analysis.kinds and analysis.came.judged):
         return None
     most = max(each.count for each in analysis.kinds)
@@ -73,12 +74,14 @@ def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
         figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "avoidable kind")),
         ", ",
         figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
-        f" in all. {KINDS}",
+        " in all.",
     ]
     rest = rest_text(analysis.kinds, SHOWN)
     head = ("collisions", "", "", "what happened")
     more = element("p", f"{rest[0].upper()}{rest[1:]}.", class_="note") if rest else None
-    return part("kinds", "Kinds of failures", note, table(head, rows, "kinds"), more)
+    definition = element("p", KINDS, class_="note")
+    every = element("details", element("summary", "All kinds"), definition, table(head, rows, "kinds"), more)
+    return part("kinds", "Kinds of failures", note, pictures, every)
 
 
 def places(space: ParamSpace, analysis: Analysis) -> Node:
@@ -121,7 +124,7 @@ def grids(analysis: Analysis) -> Node:
                 element("b", grid.name),
                 element("span", f"{grid_text(grid)} · QD score {fixed(grid.qd_score, 0)}"),
             ),
-            grid_chart(grid),
+            grid_chart(GridBlock(grid.name, grid.first, grid.second, grid.runs, grid.failures)),
             class_="panel",
         )
         for grid in shown
@@ -135,7 +138,7 @@ ROOM = 50
 """Characters that stand below the cells side by side."""
 
 
-def grid_chart(grid: Grid) -> Element:
+def grid_chart(grid: GridBlock) -> Element:
     """A row for each cell of the first descriptor that was reached; the shade is the share that collided."""
     used = [i for i in range(len(grid.first)) if grid.runs[i].any()][::-1]
     width = LABEL + 300
@@ -176,7 +179,7 @@ def _ends(names: Sequence[str], width: int, top: int) -> list[Element]:
     ]
 
 
-def _grid_cell(grid: Grid, i: int, j: int, x: float, y: float, across: float) -> Element:
+def _grid_cell(grid: GridBlock, i: int, j: int, x: float, y: float, across: float) -> Element:
     runs, failures = int(grid.runs[i, j]), int(grid.failures[i, j])
     text = f"{grid.first[i]}; {grid.second[j]}: {failures:,} of {runs:,} collide"
     return element(
@@ -208,16 +211,17 @@ def avoided(analysis: Analysis) -> Node:
         for kind, count in found.by.items()
     ]
     note = (
-        f"{counted(found.driven, 'collision')}, each driven again by the reference driver of {DRIVER}. "
+        f"{counted(found.driven, 'collision')}, each driven again by a reference driver. "
         "An avoidable collision counts against the ego as configured; an unavoidable one may be due to the scene; one "
-        "in which the ego was struck from behind, or while it stood, is due to the other actor. "
-        "Shares refer to what this search kept; they are not rates."
+        "in which the ego was struck from behind, or while it stood, is due to the other actor."
     )
+    method = f"The reference driver is that of {DRIVER}. Shares refer to what this search kept; they are not rates."
     more = [
         text for text in (lost_text(found), struck_text(found), *system_lines(found), fastest_text(analysis)) if text
     ]
     said = [element("p", f"{text[0].upper()}{text[1:]}.", class_="note") for text in more]
-    return part("avoidable", "Would a competent driver have avoided it?", note, bars(rows, found.driven), said)
+    title = "Would a competent driver have avoided it?"
+    return part("avoidable", title, note, bars(rows, found.driven), said, folded(HOW, method))
 
 
 def avoidance_badge(answer: Avoidability | None) -> Node:
@@ -257,8 +261,8 @@ def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations, goal
         rows.append(element("tr", last, *left, element("td", colspan=2)))
     titles = [f"for {title}" for title, _ in outputs]
     head = ("param", *titles, "trend in the search", "where collisions lie in its range")
-    note = list(_note(analysis.sensitivity, goal))
-    return part("params", "Which params matter", note, table(head, rows, "genes"), _alone(space, outputs))
+    method = folded(HOW, "".join(_note(analysis.sensitivity, goal)))
+    return part("params", "Which params matter", None, table(head, rows, "genes"), _alone(space, outputs), method)
 
 
 def _note(found: Sensitivity | None, goal: str) -> Iterator[str]:
