@@ -7,23 +7,20 @@ from cortex_dsl.report.blocks import Grid as GridBlock
 from cortex_dsl.report.findings.analysis_report import (
     AVOIDANCES,
     DRIVER,
-    JUDGED,
-    condition_text,
     fastest_text,
-    fresh_text,
     grid_text,
-    lift_text,
     lost_text,
     margin_text,
     struck_text,
     system_lines,
     varying,
 )
-from cortex_dsl.report.findings.failures import BLAMES, MEANING, kind_text, rest_text
-from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, shortened
+from cortex_dsl.report.findings.failures import MEANING
+from cortex_dsl.report.findings.readable import counted, fixed, percent
 from cortex_dsl.report.page.markup import Element, Node, element, figure, folded, part, table
-from cortex_dsl.report.page.run_charts import bars, strip
-from cortex_dsl.report.page.scene_svg import number
+from cortex_dsl.report.page.render import nodes
+from cortex_dsl.report.page.run_charts import bars, grid_chart, share_style, strip
+from cortex_dsl.report.views.analysis import kinds_blocks, places_blocks
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.evaluations import Evaluations
@@ -58,17 +55,6 @@ def kinds(actors: Sequence[str], analysis: Analysis, pictures: Node) -> Node:
     """Return the section on kinds of failures: pictures, and a table that begins with the avoidable kinds."""
     if not (analysis.kinds and analysis.came.judged):
         return None
-    most = max(each.count for each in analysis.kinds)
-    rows = [
-        element(
-            "tr",
-            element("td", f"{each.count:,}", class_="number"),
-            element("td", _bar(each.count / most), class_="bar-cell"),
-            element("td", BLAMES[each.kind.blame][0]),
-            element("td", kind_text(actors, each.kind), class_="condition"),
-        )
-        for each in analysis.kinds[:SHOWN]
-    ]
     came = analysis.came
     note = [
         figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "avoidable kind")),
@@ -76,11 +62,8 @@ def kinds(actors: Sequence[str], analysis: Analysis, pictures: Node) -> Node:
         figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
         " in all.",
     ]
-    rest = rest_text(analysis.kinds, SHOWN)
-    head = ("collisions", "", "", "what happened")
-    more = element("p", f"{rest[0].upper()}{rest[1:]}.", class_="note") if rest else None
-    definition = element("p", KINDS, class_="note")
-    every = element("details", element("summary", "All kinds"), definition, table(head, rows, "kinds"), more)
+    inner = [node for block in kinds_blocks(actors, analysis, SHOWN) for node in nodes(block)]
+    every = folded("All kinds", KINDS, inner)
     return part("kinds", "Kinds of failures", note, pictures, every)
 
 
@@ -88,24 +71,8 @@ def places(space: ParamSpace, analysis: Analysis) -> Node:
     """Return the section on clusters of failures in the space of params, with their conditions."""
     if not analysis.clusters:
         return None
-    rows = [
-        element(
-            "tr",
-            element("td", f"{len(cluster.rows):,}", class_="number"),
-            element("td", condition_text(space, cluster), class_="condition"),
-            element("td", percent(cluster.coverage, 0) if cluster.conditions else ABSENT, class_="number"),
-            element("td", fresh_text(cluster), class_="number"),
-            element("td", lift_text(cluster), class_="number quiet"),
-        )
-        for cluster in analysis.clusters
-    ]
-    note = f"Failures that lie together in the space of params. {JUDGED[0].upper()}{JUDGED[1:]}."
-    head = ("failures", "where", "inside", "failure rate", "lift")
-    return part("places", "Where failures lie", note, table(head, rows, "kinds"))
-
-
-def _bar(share: float) -> Element:
-    return element("div", class_="bar hit", style=share_style(share))
+    inner = [node for block in places_blocks(space, analysis) for node in nodes(block)]
+    return part("places", "Where failures lie", "Failures that lie together in the space of params.", inner)
 
 
 # -- grids ------------------------------------------------------------------------------------------------------------
@@ -131,71 +98,6 @@ def grids(analysis: Analysis) -> Node:
     ]
     note = "How the ego and the other actor met at the closest approach: collisions by speed, angle and side."
     return part("met", "How they met", note, element("div", panels, class_="panels"))
-
-
-CELL, LABEL, FOOT = 26, 74, 18
-ROOM = 50
-"""Characters that stand below the cells side by side."""
-
-
-def grid_chart(grid: GridBlock) -> Element:
-    """A row for each cell of the first descriptor that was reached; the shade is the share that collided."""
-    used = [i for i in range(len(grid.first)) if grid.runs[i].any()][::-1]
-    width = LABEL + 300
-    across = 300 / len(grid.second)
-    ends = _ends(grid.second, width, CELL * len(used))
-    height = CELL * len(used) + FOOT * len({end.attributes["y"] for end in ends})
-    cells = [
-        _grid_cell(grid, i, j, LABEL + j * across, row * CELL, across)
-        for row, i in enumerate(used)
-        for j in range(len(grid.second))
-        if grid.runs[i, j]
-    ]
-    labels = [
-        element("text", grid.first[i], x=LABEL - 6, y=number(row * CELL + 17), text_anchor="end")
-        for row, i in enumerate(used)
-    ]
-    return element(
-        "svg",
-        element("title", grid.name),
-        cells,
-        labels,
-        ends,
-        viewBox=f"0 0 {width} {height}",
-        class_="chart heat",
-        role="img",
-        xmlns="http://www.w3.org/2000/svg",
-    )
-
-
-def _ends(names: Sequence[str], width: int, top: int) -> list[Element]:
-    """The first and the last cell by name, one below the other where they would meet."""
-    first, *others = names
-    below = FOOT if others and len(first) + len(others[-1]) > ROOM - 4 else 0
-    y = top + FOOT - 4
-    return [
-        element("text", shortened(first, ROOM), x=LABEL, y=y),
-        *(element("text", shortened(last, ROOM), x=width, y=y + below, text_anchor="end") for last in others[-1:]),
-    ]
-
-
-def _grid_cell(grid: GridBlock, i: int, j: int, x: float, y: float, across: float) -> Element:
-    runs, failures = int(grid.runs[i, j]), int(grid.failures[i, j])
-    text = f"{grid.first[i]}; {grid.second[j]}: {failures:,} of {runs:,} collide"
-    return element(
-        "rect",
-        element("title", text),
-        x=number(x),
-        y=number(y),
-        width=number(across - 1),
-        height=CELL - 1,
-        class_="cell hit" if failures else "cell safe",
-        style=share_style(failures / runs) if failures else None,
-    )
-
-
-def share_style(share: float) -> str:
-    return f"--share:{100.0 * max(0.0, min(1.0, share)):.1f}%"
 
 
 # -- the reference driver ---------------------------------------------------------------------------------------------

@@ -25,10 +25,9 @@ from cortex_dsl.report.blocks import (
 from cortex_dsl.report.findings.case_replay import Shape, outline_corners, way_of
 from cortex_dsl.report.findings.framing import CARD, Frame, alike, heading_of_road
 from cortex_dsl.report.page import scene_svg
-from cortex_dsl.report.page.analysis_sections import grid_chart
 from cortex_dsl.report.page.charts import Course, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, figure, table
-from cortex_dsl.report.page.run_charts import bars
+from cortex_dsl.report.page.run_charts import bars, grid_chart
 from engine.vocabulary import ActorKind, State
 
 CLASSES = {"bad": "hot", "warn": "warn", "quiet": "quiet", "unit": "quiet", "good": "good", "title": "strong"}
