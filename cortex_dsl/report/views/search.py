@@ -284,11 +284,14 @@ def kind_lines(actors: Sequence[str], found: FoundKind, case: Case) -> tuple[Wor
 
 
 def ending(report: SearchReport, *, apart: bool = True) -> Iterator[Block]:
-    """Yield the files in one line, the command for details, and the next command."""
+    """Yield the files in one line, the command that repeats a case with its driver, and the next commands."""
     if report.folder is None:
         return
     folder = quote(as_argument(report.folder))
     worst = f"worst/01.scn .. {report.worst_files[-1].name}, " if report.worst_files else ""
-    yield Note(f"files: {folder}/ ({worst}README.md explains them)", "quiet", apart=apart)
+    failures = "controller.log, failures/01.scn, " if report.campaign.failures.lost else ""
+    yield Note(f"files: {folder}/ ({failures}{worst}README.md explains them)", "quiet", apart=apart)
+    if report.driver and report.worst_files:
+        yield Code(f"cortexc {quote(as_argument(report.worst_files[0]))} {report.driver}", "again")
     yield Note(f"more: cortexc resume {folder} --metrics, or --paper", "quiet")
     yield Code(f"cortexc report {folder} --open", "next")
