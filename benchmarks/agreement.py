@@ -16,10 +16,10 @@ import numpy as np
 
 from cortex_dsl import Scenario, load
 from engine import batch, world
+from engine.assessment import take
 from engine.metrics import recorded
 from engine.sampling import sample, uniform_genomes
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.vocabulary import Method, State, Verdict
 

@@ -31,6 +31,7 @@ from pathlib import Path
 import numpy as np
 
 import cortex_dsl as cx
+from engine.assessment import take
 from engine.avoidability import blame
 from engine.batch import simulate
 from engine.driving import blocks
@@ -39,7 +40,6 @@ from engine.host import requested
 from engine.outcomes import Outcomes
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.tables import Bools, Ints
 from engine.vocabulary import Blame, EndReason, Fault, Method

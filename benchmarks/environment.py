@@ -30,9 +30,9 @@ from benchmarks.drivers import EXAMPLES, ROOT
 from engine import batch
 from engine.driving.blocks import Driven, Driver
 from engine.driving.controllers import seats_of
-from engine.driving.environment import Environment
 from engine.driving.named import named_driver
 from engine.driving.stepping import ParallelRuns
+from engine.environment import Environment
 from engine.outcomes import Outcomes
 from engine.scenes import Scenes
 from engine.tables import Floats

@@ -16,8 +16,8 @@ from pathlib import Path
 from benchmarks.campaigns import EXAMPLES
 from cortex_dsl import Scenario, load
 from cortex_dsl.api.run_folder import origin_of
+from engine.assessment import SCALARS
 from engine.paper import FILES
-from engine.search.assessment import SCALARS
 from engine.search.campaign import Campaign
 from engine.search.journal import Journal
 from engine.search.manifest import make_manifest

@@ -19,7 +19,7 @@ from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import measure_pair
 from engine.kernels.path import path_pose, path_project, path_project_near
 from engine.kernels.region import region_contains
-from engine.kernels.sight import SEEN, look
+from engine.kernels.sight import SEEN, Shades, look
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along
 from engine.program import Program
 from engine.scenes import Scenes
@@ -224,9 +224,8 @@ def _simulate(
             dx, dy = other_box.x - ego_box.x, other_box.y - ego_box.y
             apart = dx * dx + dy * dy
             view = View(ego_box.x, ego_box.y, ego_box.heading, angle, radius)
-            seen = apart < nearest * nearest and (
-                look(view, other_box, start[0], 0, 0, road.buildings, -1, -1) == SEEN  # two alone: nothing hides
-            )
+            nobody = Shades(start[0], 0, 0, -1, -1)  # two alone: nothing hides
+            seen = apart < nearest * nearest and look(view, other_box, nobody, road.buildings) == SEEN
             if seen and apart < crash * crash:
                 break
             if seen and apart < safety * safety:

@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from cortex_dsl.api.loading import compile_text, load
+from cortex_dsl.api.scenario import compile_text, load
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source

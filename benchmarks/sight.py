@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from engine.kernels.sight import SEEN, look
+from engine.kernels.sight import SEEN, Shades, look
 from tests.engine.kernels.sight_reference import agrees, by_rays, drawn, seen_area, table
 
 NO_BUILDINGS = np.zeros((0, 5))
@@ -33,14 +33,14 @@ def main(arguments: list[str]) -> int:
         scene = drawn(random, int(random.integers(0, 21)), grid=number % 2 == 0)
         shades = table(scene.shades)
         start = time.perf_counter()
-        verdict = look(scene.view, scene.target, shades, 0, len(scene.shades), NO_BUILDINGS, -1, -1)
+        verdict = look(scene.view, scene.target, Shades(shades, 0, len(scene.shades), -1, -1), NO_BUILDINGS)
         seconds += time.perf_counter() - start
         verdicts[verdict] += 1
         wrong += not agrees(verdict, scene)
         far = scene._replace(view=scene.view._replace(distance=1e3))
         if number % 2 and not 0.0 < by_rays(far).seen < SLIVER:
             asked_shapely += 1
-            seen = look(far.view, far.target, shades, 0, len(far.shades), NO_BUILDINGS, -1, -1) == SEEN
+            seen = look(far.view, far.target, Shades(shades, 0, len(far.shades), -1, -1), NO_BUILDINGS) == SEEN
             against_shapely += seen != (seen_area(far) > 1e-9)
     figures = {
         "scenes": options.scenes,

@@ -20,10 +20,10 @@ from rich.table import Table
 from benchmarks import limit
 from cortex_dsl import Scenario, load
 from engine import batch, world
+from engine.assessment import take
 from engine.outcomes import Outcomes
 from engine.sampling import sample, uniform_genomes
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.vocabulary import Method
 

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl import Scenario, load
+from engine.assessment import take
 from engine.batch import simulate
 from engine.sampling import sample, uniform_genomes
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.vocabulary import Method
 

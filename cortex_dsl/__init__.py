@@ -14,15 +14,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cortex_dsl.api.exchange import export, measure, measure_all
-    from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.proofs import prove
     from cortex_dsl.api.resuming import resume
     from cortex_dsl.api.runs import open_run, search
-    from cortex_dsl.api.scenario import Scenario
+    from cortex_dsl.api.scenario import Scenario, compile_text, load
     from cortex_dsl.api.studies import study
     from cortex_dsl.diagnostics import CompileError
+    from cortex_dsl.interchange.exchange import export, measure, measure_all
     from engine.config import Config
     from engine.errors import CortexError
 
@@ -51,11 +50,11 @@ _HOMES = {
     "CompileError": "cortex_dsl.diagnostics",
     "Config": "engine.config",
     "Scenario": "cortex_dsl.api.scenario",
-    "compile_text": "cortex_dsl.api.loading",
-    "export": "cortex_dsl.api.exchange",
-    "load": "cortex_dsl.api.loading",
-    "measure": "cortex_dsl.api.exchange",
-    "measure_all": "cortex_dsl.api.exchange",
+    "compile_text": "cortex_dsl.api.scenario",
+    "export": "cortex_dsl.interchange.exchange",
+    "load": "cortex_dsl.api.scenario",
+    "measure": "cortex_dsl.interchange.exchange",
+    "measure_all": "cortex_dsl.interchange.exchange",
     "open_run": "cortex_dsl.api.runs",
     "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.resuming",

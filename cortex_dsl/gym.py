@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cortex_dsl.api.loading import load
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, load
 from engine.extras import needed
 
 if TYPE_CHECKING:

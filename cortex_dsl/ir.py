@@ -364,7 +364,7 @@ class Temporal:
 
 @frozen
 class Reading:
-    """A number that a finished run leaves behind: of a rule, or a result by name (`engine.named_results`)."""
+    """A number that a finished run leaves behind: of a rule, or a result by name (`engine.judged`)."""
 
     kind: Reducer
     rule: int = -1

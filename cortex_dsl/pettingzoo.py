@@ -16,7 +16,7 @@ import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.gym import SEEDS, action_space, bounded, end_of, observation_space, scenario_of
-from engine.driving.environment import Episodes
+from engine.environment import Episodes
 from engine.extras import needed
 from engine.tables import Floats
 

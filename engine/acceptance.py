@@ -13,12 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from engine.built_in import checking
 from engine.config import SimulationConfig
 from engine.fairness import fair_starts, undecided
 from engine.feasibility import conflicts
 from engine.kernels.attempts import Weighed, weigh_rows
-from engine.program import Program
+from engine.program import Program, checking
 from engine.sampling import draw_genomes, recipe_of, request_of, rows_at_once, scratch_of
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints

@@ -29,13 +29,13 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import in_parts, memory, plan, requested, samples_of
-from engine.kernels.avoidance import LONGEST, ReferenceDrive, avoidability_rows, reference_rows
+from engine.kernels.avoidance import LONGEST, DriveMemory, ReferenceDrive, avoidability_rows, reference_rows
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
-from engine.kernels.run_state import Run
+from engine.kernels.rows import Window
 from engine.program import Program
 from engine.scenes import Scenes, weather_sight
-from engine.tables import Bools, Floats, Ints
+from engine.tables import Bools, Ints
 from engine.vocabulary import Blame, Fault
 
 R157 = Driver(
@@ -127,8 +127,10 @@ def avoidability(
     reach = weather_sight(program, scenes.variant, scenes.values)
     found = np.full((len(scenes), len(ReferenceDrive._fields)), float(NEVER))
 
-    def drive(first: int, last: int) -> None:
-        reference_rows(shared, rows, reach, first, last, *room(program, config, samples_of(config) + 1), driver, found)
+    def drive(window: Window) -> None:
+        reference_rows(
+            shared, rows, reach, window, drive_memory(program, config, samples_of(config) + 1), driver, found
+        )
 
     in_parts(len(scenes), jobs, drive)
     return tuple(None if row[0] == NEVER else _answer(_drive_of(row), config.time_step) for row in found.tolist())
@@ -157,17 +159,18 @@ def blame(
     )
     said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
 
-    def drive(first: int, last: int) -> None:
-        avoidability_rows(shared, rows, reach, first, last, *room(program, config, samples_of(config) + 1), R157, said)
+    def drive(window: Window) -> None:
+        scratch = drive_memory(program, config, samples_of(config) + 1)
+        avoidability_rows(shared, rows, reach, window, scratch, R157, said)
 
     in_parts(len(scenes), jobs, drive)
     return said
 
 
-def room(program: Program, config: SimulationConfig, samples: int) -> tuple[Run, Floats, Floats]:
-    """Return reusable memory: a run of `samples` samples and `LONGEST` more, outlines, and the ego's path."""
+def drive_memory(program: Program, config: SimulationConfig, samples: int) -> DriveMemory:
+    """Return memory for runs of `samples` samples and `LONGEST` more."""
     run = memory(program, samples + math.ceil(LONGEST / config.time_step))
-    return run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS))
+    return DriveMemory(run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS)))
 
 
 def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:

@@ -12,7 +12,7 @@ from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import gap_rows, judge_rows, simulate_rows
+from engine.kernels.rows import Gaps, Window, gap_rows, judge_rows, simulate_rows
 from engine.kernels.run_state import Status
 from engine.kernels.swept import swept
 from engine.outcomes import Outcomes
@@ -41,9 +41,9 @@ def simulate(
     results = empty_results(program, rows)
     run_rows = judge_rows if len(program.judged) else simulate_rows
 
-    def run(first: int, last: int) -> None:
+    def run(window: Window) -> None:
         scratch = memory(program, shared.layout.last_sample + 1)
-        run_rows(shared, rows, first, last, scratch, np.zeros((len(program.actors), 3)), results)
+        run_rows(shared, rows, window, scratch, np.zeros((len(program.actors), 3)), results)
 
     in_parts(len(scenes), jobs, run)
     return outcomes(results)
@@ -64,10 +64,10 @@ def simulate_with_gaps(
     results = empty_results(program, rows)
     gaps = np.full((len(scenes), len(program.actors) - 1), np.nan)
 
-    def run(first: int, last: int) -> None:
+    def run(window: Window) -> None:
         samples = shared.layout.last_sample + 1
         scratch, sizes = memory(program, samples), np.zeros((len(program.actors), 3))
-        gap_rows(shared, rows, first, last, scratch, sizes, swept(samples + 1), results, gaps)
+        gap_rows(shared, rows, window, scratch, sizes, Gaps(swept(samples + 1), gaps), results)
 
     in_parts(len(scenes), jobs, run)
     if len(program.judged):

@@ -5,10 +5,13 @@ a worker's process. For an unknown name, the cure offers the `nearest` existing 
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import lru_cache
 from heapq import nlargest
+from itertools import islice
+from operator import index
 from pathlib import Path
 from typing import Any
 
@@ -179,3 +182,121 @@ class HiddenEngineError(CortexError, ImportError):
 
     def __str__(self) -> str:
         return f"cortexc: {super().__str__()}"
+
+
+# -- files of other tools --------------------------------------------------------------------------------------------
+
+MOST_CHOICES = 12
+MOST_NAMES = 2000
+"""Maximum number of names with which an unknown name is compared."""
+MOST_LETTERS = 60
+"""Largest length of a quoted text from another tool's file."""
+
+
+class InterchangeError(CortexError):
+    """A file cannot be read, or a format cannot express a case; the error has the reason, the place and the cure."""
+
+    def __init__(self, message: str, cure: str, place: str = "") -> None:
+        super().__init__(message, cure)
+        self.place = place
+        """File, and line or element if known: `case.xosc, line 12`."""
+
+    def __str__(self) -> str:
+        return f"{self.place}: {super().__str__()}" if self.place else super().__str__()
+
+
+def quoted(text: str) -> str:
+    """Return a text from another tool's file in quotes, cut to the length of a message, without control characters."""
+    cut = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
+    return '"' + "".join(letter if letter.isprintable() else "?" for letter in cut) + '"'
+
+
+def cited(name: str) -> str:
+    """Return a name from another tool's file between backquotes, cut and cleaned as `quoted` does."""
+    return f"`{quoted(name)[1:-1]}`"
+
+
+@contextmanager
+def reading(path: Path, wanted: str = "a recording") -> Generator[None]:
+    """Read a file inside this block; errors of the system become an InterchangeError."""
+    try:
+        if not path.is_file():
+            what = "this is not a file" if path.exists() else "there is no such file"
+            raise InterchangeError(what, f"name {wanted}", str(path))
+        yield
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
+
+
+def near_name(word: str, names: Iterable[str]) -> str | None:
+    """Return the name that `word` was probably meant to be, or None; of both only a bounded part is compared."""
+    return nearest(word[:MOST_LETTERS], islice(names, MOST_NAMES))
+
+
+def name_cure(word: str, names: Iterable[str]) -> str:
+    """Return the cure for an unknown name: the nearest name, or all names; "" if there are none."""
+    choices = list(islice(dict.fromkeys(names), MOST_NAMES))
+    if near := near_name(word, choices):
+        return f"did you mean `{near}`?"
+    if not choices:
+        return ""
+    rest = " and others" if len(choices) > MOST_CHOICES else ""
+    verb = "is" if len(choices) == 1 else "are"
+    return f"there {verb} " + ", ".join(f"`{name}`" for name in choices[:MOST_CHOICES]) + rest
+
+
+# -- checks of arguments of Python calls -------------------------------------------------------------------------------
+
+LEFT_OUT = "leave it out for the default"
+
+
+def whole(name: str, value: object, least: int) -> int:
+    """Return the value if it is a whole number (Python or numpy) of at least `least`.
+
+    Raises:
+        ArgumentKindError: it is none.
+        ArgumentError: it is below `least`.
+    """
+    try:
+        number = None if isinstance(value, bool) else index(value)  # type: ignore[arg-type]
+    except TypeError:  # an array of several has the method, too
+        number = None
+    if number is None:
+        raise ArgumentKindError(f"{name}: expected a whole number, got {value!r}", LEFT_OUT)
+    if number < least:
+        raise ArgumentError(f"{name}: expected {least} or more, got {number}", LEFT_OUT)
+    return number
+
+
+def row_of(things: Any, row: int) -> int:
+    """Return the index of an existing row, counted from 0.
+
+    Raises:
+        RowError: there is no such row.
+    """
+    if not -len(things) <= whole("row", row, -len(things)) < len(things):
+        rows = f"its rows are 0 to {len(things) - 1}" if len(things) else "it has none"
+        raise RowError(f"row: there is no {row} in {things!r}", rows)
+    return range(len(things))[row]
+
+
+def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str) -> None:
+    """Raise ArgumentKindError if a value is of another type than expected."""
+    if not isinstance(value, expected):
+        kinds = expected if isinstance(expected, tuple) else (expected,)
+        wanted = " or ".join(each.__name__ for each in kinds)
+        raise ArgumentKindError(f"{name}: expected {wanted}, got {type(value).__name__}", cure)
+
+
+def path_of(name: str, value: object, cure: str = "name it by its path") -> Path:
+    """Return the value as a path, if a file can have it.
+
+    Raises:
+        ArgumentKindError: it is none.
+        ArgumentError: no file can have this name.
+    """
+    kind(name, value, (str, Path), cure)
+    if "\0" in str(value):
+        raise ArgumentError(f"{name}: no file can be called {str(value)!r}", cure)
+    return Path(str(value))

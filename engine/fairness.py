@@ -9,12 +9,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from engine.avoidability import R157, room
+from engine.avoidability import R157, drive_memory
 from engine.config import SimulationConfig
 from engine.host import in_parts, plan
 from engine.kernels.fairness import fair_rows
 from engine.kernels.recipe import Ledger
-from engine.kernels.rows import Requested
+from engine.kernels.rows import Requested, Window
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
@@ -27,8 +27,8 @@ def fair_starts(program: Program, starts: Requested, config: SimulationConfig, j
     """Return (n,) True for valid and fair starts."""
     shared, said = plan(program, config), np.zeros(len(starts.verdict), dtype=np.int32)
 
-    def drive(first: int, last: int) -> None:
-        fair_rows(shared, starts, first, last, *room(program, config, 2), R157, said)
+    def drive(window: Window) -> None:
+        fair_rows(shared, starts, window, drive_memory(program, config, 2), R157, said)
 
     in_parts(len(said), jobs, drive)
     return said != 0

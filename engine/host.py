@@ -16,6 +16,7 @@ from engine.config import ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
 from engine.handles import Handle, Slots
+from engine.judged import NAMED_RESULTS
 from engine.kernels.actuation import slide
 from engine.kernels.crossing import Foresight
 from engine.kernels.evaluate import geometry_kernels
@@ -29,11 +30,10 @@ from engine.kernels.impacts.motion import (
 from engine.kernels.jit import need
 from engine.kernels.judging import append_contact_sample, step_on
 from engine.kernels.rollout import judge_temporal
-from engine.kernels.rows import Requested, Results
+from engine.kernels.rows import Requested, Results, Window
 from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
 from engine.kernels.senses import DEFERRED
 from engine.kernels.slots import continue_run, leave_run, note_commands
-from engine.named_results import NAMED_RESULTS
 from engine.opcodes import Op
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
@@ -334,13 +334,13 @@ def _integers(array: Ints) -> Ints:
     return np.require(array, np.int32, PLAIN)
 
 
-def in_parts(rows: int, jobs: int, run: Callable[[int, int], None]) -> None:
-    """Call `run(first, last)` for ranges of rows in `jobs` threads; several ranges each, so that they end together."""
+def in_parts(rows: int, jobs: int, run: Callable[[Window], None]) -> None:
+    """Call `run` for windows of all rows in `jobs` threads; several windows each, so that they end together."""
     size = max(1, min(CHUNK, -(-rows // (4 * jobs))))
-    parts = list(pairwise([*range(0, rows, size), rows]))
+    parts = [Window(*ends) for ends in pairwise([*range(0, rows, size), rows])]
     if jobs == 1 or len(parts) < 2:
         for part in parts:
-            run(*part)
+            run(part)
         return
     with ThreadPoolExecutor(jobs) as pool:
-        list(pool.map(run, *zip(*parts, strict=True)))
+        list(pool.map(run, parts))

@@ -1,4 +1,8 @@
-"""Objectives of a program: expectations and values to maximize or minimize, computed from each finished run."""
+"""Objectives of a program: expectations and values to maximize or minimize, computed from each finished run.
+
+They may name results of the run (`NAMED_RESULTS`): with several actors those of the actor nearest to the ego.
+`engine.kernels.judging` computes them; a new result is a row here and a case there.
+"""
 
 from collections.abc import Mapping
 from dataclasses import asdict, field
@@ -9,6 +13,38 @@ import numpy as np
 from engine.frozen import frozen
 from engine.tables import ObjectiveTables
 from engine.vocabulary import Reducer, Sense
+
+# -- results that an objective may name --------------------------------------------------------------------------------
+
+
+@frozen
+class NamedResult:
+    """One result."""
+
+    name: str
+    unit: str
+    """SI unit word, "" for pure numbers."""
+    sentence: str
+    of_pair: bool = True
+    """True if it requires a second actor."""
+
+
+NAMED_RESULTS: tuple[NamedResult, ...] = (
+    NamedResult("min_distance", "m", "Least distance of the outlines; 0 on contact."),
+    NamedResult("max_closing_speed", "m/s", "Fastest closing speed of the centres."),
+    NamedResult("distance_at_ms", "m", "Distance at the instant of the largest closing speed."),
+    NamedResult("ttc_at_ms", "s", "That distance divided by that closing speed."),
+    NamedResult("closing_speed", "m/s", "Closing speed of the centres at the closest approach, or at contact."),
+    NamedResult("ego_speed", "m/s", "Speed of the ego at the closest approach, or at contact."),
+    NamedResult("other_speed", "m/s", "Speed of the other at the closest approach, or at contact."),
+    NamedResult("hidden_time", "s", "How long the other was hidden inside the ego's field of view."),
+    NamedResult(
+        "delta_v", "m/s", "Change of the ego's velocity in a collision with the velocities at the closest approach."
+    ),
+    NamedResult("post_encroachment_time", "s", "Least time between both being at the same place; 0 on contact."),
+    NamedResult("end_time", "s", "When the run ends.", of_pair=False),
+)
+"""A program stores the name of a result, never its place in this table."""
 
 
 @frozen
@@ -29,7 +65,7 @@ class Reading:
     kind: Reducer
     rule: int = -1
     result: str = ""
-    """A row of `engine.named_results`."""
+    """A row of `engine.judged`."""
 
 
 NO_TABLES = ObjectiveTables(np.zeros(0, np.int32), np.zeros((0, 0, 3), np.int32))

@@ -7,8 +7,9 @@ data that determine a result.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from hashlib import blake2b
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, cast
 from zipfile import BadZipFile
@@ -347,3 +348,42 @@ def _with(values: Mapping[str, Any], /, **others: Any) -> dict[str, Any]:
 def _tuples(value: Any) -> Any:
     """Return JSON's lists as tuples, at every depth."""
     return tuple(_tuples(v) for v in cast("list[Any]", value)) if isinstance(value, list) else value
+
+
+# -- names of finite choices -------------------------------------------------------------------------------------------
+
+
+def drawn_lanes(label: VariantLabel) -> list[DrawSite]:
+    """Return the lanes that a scene of the variant samples."""
+    return [site for site in label.sites if site.kind == "lane"]
+
+
+def choice_names(label: VariantLabel) -> list[str]:
+    """Return the unique names of a variant's choices, followed by those of its sampled lanes."""
+    return numbered([*(choice.name for choice in label.choices), *(site.unit or "lane" for site in drawn_lanes(label))])
+
+
+def numbered(names: Sequence[str]) -> list[str]:
+    """Return unique names: the second `a` is `a 2`."""
+    taken = dict[str, None]()
+    for name in names:
+        further = (f"{name} {number}" for number in count(2))
+        taken[next(each for each in chain([name], further) if each not in taken)] = None
+    return list(taken)
+
+
+# -- built-in requirements for some actors -----------------------------------------------------------------------------
+
+
+def checking(program: Program, road: Sequence[int], overlap: Sequence[int]) -> Program:
+    """Return the program with built-in requirements for these actors only: on the road, and not overlapping."""
+    code = program.code._replace(
+        road_check=_only(program.code.road_check, road), overlap_check=_only(program.code.overlap_check, overlap)
+    )
+    return replace(program, code=code)
+
+
+def _only(flags: Ints, kept: Sequence[int]) -> Ints:
+    limited = np.zeros_like(flags)
+    limited[list(kept)] = flags[list(kept)]
+    return limited

@@ -313,7 +313,9 @@ def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, con
         asked = _asked(request, part)
         if confiner is not None:
             asked = asked._replace(confinement=confiner.confinement(asked, part))
-        sample_rows(recipe, asked, 0, len(asked.keys), scratch_of(recipe), _rows(ledger, part))
+        sample_rows(
+            recipe, asked, 0, len(asked.keys), scratch_of(recipe), ledger._make(array[part] for array in ledger)
+        )
 
     if jobs == 1 or len(chunks) < 2:
         for chunk in chunks:
@@ -336,11 +338,6 @@ def _go_on(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner
     _run_chunks(recipe, asked, found, jobs, confiner and _Confiner(confiner.prune, confiner.genomes[rows]))
     for kept, new in zip(ledger, found, strict=True):
         kept[rows] = new
-
-
-def _rows(ledger: Ledger, part: slice) -> Ledger:
-    """Return views of some rows."""
-    return ledger._make(array[part] for array in ledger)
 
 
 def scratch_of(recipe: Recipe) -> Scratch:

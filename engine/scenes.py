@@ -1,4 +1,4 @@
-"""The two types that a run goes through: sampled `Scenes`, simulated `Outcomes`; and the states over time.
+"""Data of a run: sampled `Scenes`, the states over time (`Trajectory`), and each `Impact`.
 
 Arrays are row-aligned: row i of every array belongs to scene i.
 """
@@ -98,3 +98,27 @@ def groups_of(program: Program, genomes: Floats) -> Ints:
     for gene, size in zip(program.code.group_gene, program.code.group_size, strict=True):
         group = group * size + (genomes[:, gene] - program.space.low[gene]).astype(np.int64)
     return group
+
+
+@frozen
+class Impact:
+    """One impact between two actors. Pairs of values belong to the lower actor and to the higher actor."""
+
+    time: float
+    """Time at which the bodies met [s]."""
+    actors: tuple[int, int]
+    """Actors of the impact; the second may be `A_BUILDING`."""
+    point: tuple[float, float]
+    """Point of the impact, x, y [m]."""
+    delta_v: tuple[float, float]
+    """Change of each velocity, as a magnitude [m/s]; 0 for a fixed body. It includes all impulses on the body during
+    its contact, from any body: for a body between two others, they largely cancel.
+    """
+    direction: tuple[float, float]
+    """Direction of each change in the body's frame when they met [rad, anticlockwise from its heading]."""
+    closing_speed: float
+    """Magnitude of the difference between the centres' velocities when they met [m/s]."""
+    impact_angle: float
+    """Heading of the higher actor relative to the lower actor's, in [-pi, pi) [rad]; 0: the same way, pi: head on."""
+    clock: tuple[int, int]
+    """Place on each outline as a clock direction from its centre: 12 straight ahead, 3 to the right."""

@@ -160,14 +160,13 @@ def parse_key(text: str) -> StreamKey:
         raise ArgumentError(
             f"a stream key has six fields, {'.'.join(StreamKey._fields)}; `{text}` has {len(words)}", "copy a whole one"
         )
-    numbers = [_method(word) if name == "method" else _number(name, word) for name, word in _named(words)]
+    numbers = [
+        _method(word) if name == "method" else _number(name, word)
+        for name, word in zip(StreamKey._fields, words, strict=True)
+    ]
     key = StreamKey(*numbers)
     _check(key)
     return key
-
-
-def _named(words: Iterable[str]) -> Iterable[tuple[str, str]]:
-    return zip(StreamKey._fields, words, strict=True)
 
 
 def _method(word: str) -> int:

@@ -183,7 +183,7 @@ class Reducer(IntEnum):
     TOTAL = 4
     """Its integral over time."""
     RESULT = 5
-    """A result by name: a row of `engine.named_results`."""
+    """A result by name: a row of `engine.judged`."""
 
 
 class Purpose(IntEnum):
@@ -294,5 +294,9 @@ class Command(IntEnum):
     BACK = 7
 
 
+SAME_WAY = 0.5
+"""Cosine of the angle between two headings from which actors count as going the same way, or opposite ways."""
+SAME_WAY = 0.5
+"""Cosine of the angle between two headings from which actors count as going the same way, or opposite ways."""
 FOR_ONE_STEP = 2.0
 """Value of a reverse gear for one step; 1 is a reverse gear that stays engaged."""

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from engine.search.journal import WITHOUT_CHAIN
-from engine.study.seal import seals_of
+from engine.study.database import seals_of
 
 
 def unchain(path: Path) -> Path:

@@ -23,7 +23,7 @@ def test_kernels_import_nothing_but_numbers() -> None:
     allowed = {
         "engine",
         "engine.handles",
-        "engine.named_results",
+        "engine.judged",
         "engine.opcodes",
         "engine.operators",
         "engine.outcomes",

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import load
 from cortex_dsl.cli import main
 from engine.search.store import new_directory
 

@@ -13,9 +13,8 @@ import engine
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
-from engine.errors import CortexError, HiddenEngineError, Signal, UnreadableFileError
+from engine.errors import CortexError, HiddenEngineError, InterchangeError, Signal, UnreadableFileError
 from engine.extras import MissingExtraError
-from engine.interchange.contract import InterchangeError
 from engine.road.specification import RoadError
 from engine.search.past import ForeignPastError
 from engine.search.searchers import PluginError, UnknownMethodError

@@ -1,18 +1,42 @@
-"""A small run of the fuzzer: no text breaks the compiler."""
+"""A small run of the fuzzers: no text breaks the compiler, and no file a command."""
 
 import random
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass
 
-from benchmarks.fuzz import maps
+import pytest
+
+from benchmarks.fuzz import exports, maps, recordings
 from benchmarks.fuzz import texts as fuzz
+from benchmarks.fuzz.files import Fuzzer
 from benchmarks.torture import texts
 from benchmarks.torture.commands import FILE
 from tests.laws import share
 
 INPUTS = share(600)
-MAPS = share(120)
 SECONDS = 300.0
 """Of work for one text, however busy the machine is: only what never ends takes as long."""
+
+
+@dataclass(frozen=True)
+class Files:
+    """A kind of files, and what must be among their outcomes."""
+
+    fuzzer: Fuzzer
+    seed: int
+    count: int
+    outcomes: frozenset[str]
+    seconds: float = 10.0
+    """Of work for one file."""
+
+
+NOTED = frozenset({"result with a note", "refused"})
+FILES: Mapping[str, Files] = {
+    "maps": Files(maps.FUZZER, 5, share(120), frozenset({"run", "refused"}), SECONDS),
+    "recordings": Files(recordings.FUZZER, 2, share(150), NOTED),
+    "exports": Files(exports.FUZZER, 3, share(150), NOTED),
+}
 
 
 def test_no_text_breaks_the_compiler() -> None:
@@ -39,13 +63,15 @@ def test_a_run_that_a_drawn_value_makes_invalid_runs_again_from_its_concrete_cop
     assert texts.run_to_the_end(text.encode()) == "run to the end"
 
 
-def test_no_road_file_breaks_a_command() -> None:
-    """Every changed file ends in a run, a run with a note, or a refusal that says where in the file."""
-    rng = random.Random(5)
-    stream, outcomes = maps.samples(rng), set()
-    with maps.judging(rng) as judged:
-        for _ in range(MAPS):
+@pytest.mark.parametrize("kind", FILES)
+def test_no_file_breaks_a_command(kind: str) -> None:
+    """Every changed file ends in a result, a result with a note, or a refusal with its place and a cure."""
+    row = FILES[kind]
+    rng, outcomes = random.Random(row.seed), set()
+    stream = row.fuzzer.samples(rng)
+    with row.fuzzer.judging(rng) as judged:
+        for _ in range(row.count):
             sample, start = next(stream), time.thread_time()
             outcomes.add(judged(sample))
-            assert time.thread_time() - start < SECONDS, sample
-    assert {"run", "refused"} <= outcomes
+            assert time.thread_time() - start < row.seconds, sample.name
+    assert outcomes >= row.outcomes

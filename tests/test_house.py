@@ -47,7 +47,7 @@ def test_few_modules_serve_one_other_alone() -> None:
     """What a single neighbour asks for lives in the neighbour's file, unless it is a room of its own.
 
     A module has one importer where a single other module of the product imports it: at the top, in a function, for its
-    types, or by a text that names it (`"engine.road.kept"`, or `"engine.road.kept:load"`). Two sorts are set aside:
+    types, or by a text that names it (`"engine.road.build"`, or `"engine.road.build:load"`). Two sorts are set aside:
 
     - lazy: its importer loads it within a function, or names it in a text, so that only those pay for it who need it;
     - of a table: its importer takes, at the top, at least four such modules from its own folder, one for each row.

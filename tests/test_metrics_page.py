@@ -5,8 +5,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from engine.metrics.driving import OF_ACTORS
-from engine.metrics.table import OF_PAIRS
+from engine.metrics.table import OF_ACTORS, OF_PAIRS
 from engine.outcomes import PAIRS
 
 PAGE = Path(__file__).parent.parent / "docs" / "reference" / "metrics.md"

@@ -48,7 +48,7 @@ terminate after 1 s
 """
 API = """
 from pathlib import Path
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import load
 scenario = load(Path("meeting.scn"))
 table = scenario.table(scenario.simulate(scenario.sample()))
 print([(name, column.tolist()) for name, column in table.items() if "sum" in name])

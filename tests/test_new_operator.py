@@ -44,7 +44,7 @@ from engine.interchange.openscenario import maneuvers
 HOSTS = """
 import sys
 from pathlib import Path
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import load
 scenario = load(Path(sys.argv[1]))
 scenes = scenario.sample(8, seed=1)
 print(sorted(set(scenes.values[:, 0].tolist())))

@@ -23,8 +23,7 @@ from engine.frozen import frozen
 from engine.maps import RoadSpec
 from engine.metrics import bodies_of
 from engine.metrics.measures import measure_trajectory
-from engine.outcomes import OUTCOMES, Outcomes
-from engine.result_row import Per
+from engine.outcomes import OUTCOMES, Outcomes, Per
 from engine.road.build import build_network
 from engine.road.network import Maneuver, Network
 from engine.scenes import Scenes

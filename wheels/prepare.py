@@ -2,7 +2,7 @@
 
 import sys
 
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import load
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.terminal import Terminal
 

@@ -3,12 +3,13 @@
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from benchmarks.fuzz import maps, recordings, texts
+from benchmarks.fuzz import exports, maps, recordings, texts
 
 KINDS: Mapping[str, Callable[[Sequence[str]], int]] = {
     "texts": texts.main,
     "maps": maps.main,
     "recordings": recordings.main,
+    "exports": exports.main,
 }
 
 

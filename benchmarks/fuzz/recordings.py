@@ -13,6 +13,7 @@ import io
 import json
 import random
 import re
+import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -30,6 +31,7 @@ from tests.engine.interchange.test_sources import WRITERS
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
 TEXTS = ("", " ", "nan", "inf", "-", "x", "1e999", "1,5", "2026-11-28T12:00:00Z", "é", '"', "<", "\t")
 FINE, REFUSED = 0, 1
+EVERY_PAIR = ("--all",)
 
 
 @cache
@@ -166,20 +168,20 @@ def recordings(rng: random.Random) -> Iterator[Sample]:
 # -- judgement ---------------------------------------------------------------------------------------------------------
 
 
-def judge(sample: Sample, folder: Path, *, every_pair: bool = False) -> str:
-    """Return `result`, `result with a note` or `refused`.
+def judge(sample: Sample, folder: Path, command: str, *options: str) -> str:
+    """Return `result`, `result with a note` or `refused`, as the command says that reads it.
 
     Raises:
         AssertionError: what comes out is none of these.
     """
-    for stale in folder.iterdir():
-        stale.unlink()
+    shutil.rmtree(folder)
+    folder.mkdir()
     for name, content in sample.files.items():
         (folder / name).write_bytes(content)
     out, err = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
         rate = ["--rate", "10"] if sample.name == "plain.csv" else []  # which counts frames
-        code = cortexc(["measure", str(folder / sample.name), "--json", *rate, *(["--all"] if every_pair else [])])
+        code = cortexc([command, str(folder / sample.name), "--json", *rate, *options])
     if code == REFUSED:
         said = out.getvalue() + err.getvalue()
         if not any(Path(name).stem in said for name in sample.files) or not re.search(
@@ -202,9 +204,9 @@ def judging(rng: random.Random) -> Iterator[Judge]:
     """Yield a function that judges a recording: its ego, or now and then every pair."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
-        for every_pair in (False, True):
-            judge(sound()[0], folder, every_pair=every_pair)
-        yield lambda sample: judge(sample, folder, every_pair=rng.random() < 0.4)
+        for options in ((), EVERY_PAIR):
+            judge(sound()[0], folder, "measure", *options)
+        yield lambda sample: judge(sample, folder, "measure", *(EVERY_PAIR if rng.random() < 0.4 else ()))
 
 
 FUZZER = Fuzzer(recordings, judging)

@@ -13,9 +13,9 @@ import numpy as np
 
 from cortex_dsl import Scenario, compile_text
 from engine import batch
+from engine.assessment import take
 from engine.sampling import sample, uniform_genomes
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.vocabulary import Method
 

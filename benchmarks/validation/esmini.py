@@ -23,7 +23,7 @@ import numpy as np
 
 from benchmarks.validation.material import CONSTRUCTS, EXAMPLES, cases
 from cortex_dsl.interchange.cases import ExportCase
-from cortex_dsl.interchange.writing import gather
+from cortex_dsl.interchange.formats import gather
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.esmini import Played, play
 from engine.interchange.esmini.fidelity import WITHIN, certified

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.validation.items import Item
 from engine.kernels.geometry import View, box_distance
-from engine.kernels.sight import SEEN, look
+from engine.kernels.sight import SEEN, Shades, look
 from tests.engine.kernels.sight_reference import Scene, by_rays, depth_inside, drawn, table
 
 SLIVER = math.radians(1.0)
@@ -70,7 +70,7 @@ def _nearly(view: View) -> Iterator[View]:
 
 def _seen(scene: Scene) -> bool:
     view, target, shades = scene
-    return look(view, target, table(shades), 0, len(shades), NO_BUILDINGS, -1, -1) == SEEN
+    return look(view, target, Shades(table(shades), 0, len(shades), -1, -1), NO_BUILDINGS) == SEEN
 
 
 def _as_json(scene: Scene) -> dict[str, object]:

@@ -12,7 +12,7 @@ from benchmarks.validation.items import Item
 from benchmarks.validation.roads import counted
 from cortex_dsl import Scenario, load, open_run
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
-from cortex_dsl.interchange.writing import gather
+from cortex_dsl.interchange.formats import gather
 from engine.interchange import ExportOptions, InterchangeError
 from engine.interchange.after_contact import shown_after_contact
 from engine.interchange.contract import OSC_VERSIONS

@@ -3,54 +3,37 @@
 The error of a wrong argument has its name, the expected and the given value, and the cure.
 """
 
+import inspect
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, cast, get_args
 
 import numpy as np
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
-from cortex_dsl.semantics.names.linking import override_text, param_entries
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.literals import UNIT_WORDS
-from engine.arguments import LEFT_OUT, whole
-from engine.config import Config, SearchConfig
-from engine.errors import ArgumentError, ArgumentKindError, RowError
+from engine.config import Config, GAConfig, SearchConfig
+from engine.errors import LEFT_OUT, ArgumentError, ArgumentKindError, kind, whole
+from engine.errors import path_of as path_of
+from engine.errors import row_of as row_of
 from engine.program import Program
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from engine.scenes import Scenes
+    from engine.search.campaign import OnGeneration
+    from engine.search.workers import Workers
+    from engine.study.execution import OnRun
     from engine.tables import Floats, Ints
 
 COUNTS = tuple(field.name for field in fields(SearchConfig) if field.type in (int, "int"))
+WORDS = tuple(field.name for field in fields(SearchConfig) if field.type in (str, "str"))
+"""Settings of a search that are whole numbers, and those that are words."""
 OPTION, KEYWORD = "-p", "<keyword>"
 """The name, in messages, of the text of a fixed param: from the command line, and from Python."""
-
-
-def row_of(things: Any, row: int) -> int:
-    """Return the index of an existing row, counted from 0.
-
-    Raises:
-        RowError: there is no such row.
-    """
-    if not -len(things) <= whole("row", row, -len(things)) < len(things):
-        rows = f"its rows are 0 to {len(things) - 1}" if len(things) else "it has none"
-        raise RowError(f"row: there is no {row} in {things!r}", rows)
-    return range(len(things))[row]
-
-
-def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str) -> None:
-    """Raise ArgumentKindError if a value is of another type than expected."""
-    if not isinstance(value, expected):
-        kinds = expected if isinstance(expected, tuple) else (expected,)
-        wanted = " or ".join(each.__name__ for each in kinds)
-        raise ArgumentKindError(f"{name}: expected {wanted}, got {type(value).__name__}", cure)
 
 
 def several(name: str, things: object) -> list[Any]:
@@ -60,19 +43,6 @@ def several(name: str, things: object) -> list[Any]:
             f"{name}: expected one name, or several in a list, got {type(things).__name__}", "name one, or several"
         )
     return list(cast("Iterable[Any]", things))
-
-
-def path_of(name: str, value: object, cure: str = "name it by its path") -> Path:
-    """Return the value as a path, if a file can have it.
-
-    Raises:
-        ArgumentKindError: it is none.
-        ArgumentError: no file can have this name.
-    """
-    kind(name, value, (str, Path), cure)
-    if "\0" in str(value):
-        raise ArgumentError(f"{name}: no file can be called {str(value)!r}", cure)
-    return Path(str(value))
 
 
 def callback(name: str, value: object) -> None:
@@ -148,20 +118,94 @@ def _number(name: str, value: object) -> None:
         raise ArgumentError(f"{name}: expected a finite number, got {value!r}", LEFT_OUT)
 
 
-def settings(given: Mapping[str, object]) -> None:
-    """Raises ArgumentKindError where a search has no such setting, or a count is no number; ArgumentError where it is
-    too low.
+# -- keywords that a function passes on --------------------------------------------------------------------------------
+
+PROFILE, PRESET = "paper", GAConfig().preset
+"""Default set of risk bands, and default preset of the genetic algorithm."""
+
+
+class BudgetSettings(TypedDict, total=False):
+    """Fields of `engine.config.SearchConfig`; those that are left out are as in the config of the scenario."""
+
+    generations: int
+    population: int
+    seed: int
+    rollouts: int
+    aggregate: str
+    engine: str
+    run: int
+    probes: int
+
+
+class SearchSettings(BudgetSettings, total=False):
+    """Keywords of a search."""
+
+    jobs: int
+    profile: str
+    preset: str
+    on_generation: "OnGeneration | None"
+    workers: "Workers | None"
+
+
+class StudySettings(BudgetSettings, total=False):
+    """Keywords of a study."""
+
+    jobs: int
+    profile: str
+    preset: str
+    on_run: "OnRun | None"
+
+
+class WritingSettings(TypedDict, total=False):
+    """Keywords of an export: options of single formats, and `force`."""
+
+    osc: str | None
+    mode: str | None
+    player: str | None
+    after_contact: str | None
+    force: bool
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def with_keywords(function: Function) -> Function:
+    """Show each keyword of `**settings: Unpack[...]` in `help` and in the completions of notebooks, with its default.
+
+    Editors that check types show them without this.
     """
-    known = [field.name for field in fields(SearchConfig)]
+    signature = inspect.signature(function)
+    *named, rest = signature.parameters.values()
+    (settings,) = get_args(rest.annotation)
+    defaults: dict[str, Any] = {each.name: each.default for each in fields(SearchConfig)}
+    defaults |= {"profile": PROFILE, "preset": PRESET, "force": False}
+    keywords = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=defaults.get(name), annotation=annotation)
+        for name, annotation in settings.__annotations__.items()
+    ]
+    function.__signature__ = signature.replace(parameters=[*named, *keywords])  # type: ignore[attr-defined]
+    return function
+
+
+def check_keywords(of: str, settings: type, given: Mapping[str, object]) -> None:
+    """Check the keywords that a function takes by `**`, and the numbers and words among them.
+
+    Raises:
+        ArgumentKindError: there is no such keyword, or its value is of another type.
+        ArgumentError: a number is too low.
+    """
+    known = list(settings.__annotations__)
     for name, value in given.items():
         if name not in known:
             near = nearest(name, known)
             meant = f"did you mean `{near}`?" if near else f"there are {', '.join(known)}"
-            raise ArgumentKindError(f"a search has no setting `{name}`", meant)
+            raise ArgumentKindError(f"{of} has no setting `{name}`", meant)
         if name in COUNTS:
             whole(name, value, 0 if name in ("seed", "run", "probes") else 1)
-        else:
+        elif name in WORDS:
             kind(name, value, str, LEFT_OUT)
+        elif name.startswith("on_"):
+            callback(name, value)
 
 
 def genome_of(program: Program, genome: "ArrayLike") -> "Floats":
@@ -254,38 +298,3 @@ def in_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 def _words(text: str) -> str:
     text = re.sub(r'`-p "(\w+)=([^"`]+)"`', r'`\1="\2"`', text)
     return re.sub(r"`-p (\w+)", r"`\1", text).replace("`-p`", "a keyword")
-
-
-# -- Params that the command line holds fixed, as the file would write them --------------------------------------------
-
-AMOUNT = re.compile(r"(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(?P<unit>\S*)")
-
-
-@dataclass(frozen=True)
-class FixedParam:
-    """One param that is no gene in this run."""
-
-    name: str
-    value: float | str
-    """Number in the file's own unit, or the text of the command line."""
-    unit: str = ""
-
-    @property
-    def text(self) -> str:
-        """The value without its unit."""
-        return self.value if isinstance(self.value, str) else f"{self.value:.10g}"
-
-
-def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[FixedParam, ...]:
-    """Return the params that `-p` and `--freeze` fix, in the order given."""
-    entries = param_entries(module)
-    return tuple(
-        _held(name, override_text(entries[name], text) if name in entries else text) for name, text in overrides.items()
-    )
-
-
-def _held(name: str, text: str) -> FixedParam:
-    amount = AMOUNT.fullmatch(text.strip())
-    if amount is None or amount["unit"] not in ("", *UNIT_WORDS):
-        return FixedParam(name, text)
-    return FixedParam(name, float(amount["number"]), amount["unit"])

@@ -7,7 +7,7 @@ bit for bit. Comments of the author stay; the layout is that of `cortexc fmt`.
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
 from cortex_dsl.diagnostics import CompileError
@@ -17,7 +17,7 @@ from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, 
 from cortex_dsl.semantics.names.tree import all_params, bound_name, everything_in, param_entries, scenic_model
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.copies import format_copy
+from cortex_dsl.syntax.formatting import format_copy
 from engine.config import SimulationConfig
 from engine.maps import MapFile, RoadSpec, map_name
 from engine.program import ChoiceLabel, DrawSite, Program
@@ -26,8 +26,6 @@ from engine.streams import StreamKey, format_key
 from engine.vocabulary import GeneKind
 
 Imports = Mapping[Span, ImportedFile]
-NO_OVERRIDES: Mapping[str, str] = {}
-NO_IMPORTS: Imports = {}
 
 
 @dataclass(frozen=True)
@@ -38,48 +36,50 @@ class Edit:
     text: str
 
 
+@dataclass(frozen=True)
+class Original:
+    """A scenario of which single scenes are written."""
+
+    program: Program
+    module: nodes.Module
+    """Syntax tree of the main text."""
+    config: SimulationConfig
+    """Settings of a run; the copy fixes those that the file leaves open."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    """Constants given on the command line (`-p`), which the copy must contain as well."""
+    imports: Imports = field(default_factory=dict)
+    """File of each import statement."""
+    scenario: str | None = None
+    """Name of the requested scenario, if it is not the file's own choice."""
+
+
 def concrete_files(
-    program: Program,
-    module: nodes.Module,
-    scenes: Scenes,
-    row: int,
-    config: SimulationConfig,
-    *,
-    overrides: Mapping[str, str] = NO_OVERRIDES,
-    remark: str = "",
-    imports: Imports = NO_IMPORTS,
-    scenario: str | None = None,
-    name: str = "copy.scn",
-    laid_out: bool = True,
+    original: Original, scenes: Scenes, row: int, *, remark: str = "", name: str = "copy.scn", laid_out: bool = True
 ) -> dict[str, str]:
-    """Return scene `row` alone as a scenario, by file name: the main text, then its imports.
+    """Return scene `row`, which must be valid, alone as a scenario, by file name: the main text, then its imports.
 
     Args:
-        program: program of the scenes.
-        module: the syntax tree of its text.
-        scenes: the sampled scenes; `row` must be valid.
+        original: scenario of the scenes.
+        scenes: the sampled scenes.
         row: index of the scene.
-        config: settings of its run; the copy fixes those that the file leaves open.
-        overrides: constants given on the command line (`-p`), which the copy must contain as well.
         remark: text put as a comment at the top.
-        imports: file of each import statement of the original.
-        scenario: name of the requested scenario, if it is not the file's own choice.
         name: name of the copy; its imports are written next to it, under names that begin with its stem.
         laid_out: whether the layout is that of `cortexc fmt`; else every line of the author stays in place.
     """
+    program, imports = original.program, original.imports
     source = Source(program.name, program.source_text)
     for file in program.imported:
         source = source.with_import(file.name, file.text)
-    modules = (module, *dict.fromkeys(file.module for file in imports.values()))
+    modules = (original.module, *dict.fromkeys(file.module for file in imports.values()))
     names = _copied_names(source, name)
     edits = [
-        *_param_edits(program, scenes.genomes[row], overrides, modules),
+        *_param_edits(program, scenes.genomes[row], original.overrides, modules),
         *_variant_edits(program, scenes, row, source),
         *_import_edits(imports, source, modules, names),
         *_mutation_edits(modules, source),
         *_map_edits(program, modules),
         *_road_edits(program, modules),
-        _simulation_edit(config, StreamKey(*scenes.keys[row].tolist()), module, source, scenario),
+        _simulation_edit(original, StreamKey(*scenes.keys[row].tolist()), source),
     ]
     edits = list(_requoted(edits, modules, source))
     texts = {names[file.start]: _apply(file, edits) for file in source.files}
@@ -257,17 +257,16 @@ def _site_text(site: DrawSite, drawn: Sequence[Sequence[float]]) -> str:
     return f"at {place}, facing {_successive([_number(values[2], 'rad') for values in drawn])}"
 
 
-def _simulation_edit(
-    config: SimulationConfig, key: StreamKey, module: nodes.Module, source: Source, scenario: str | None
-) -> Edit:
+def _simulation_edit(original: Original, key: StreamKey, source: Source) -> Edit:
     """Return the edit of the `simulation(...)` statement, which fixes settings that the file leaves open.
 
     The stream is fixed too: samples of soft requirements and random numbers inside behaviours come from it.
     """
+    config, module = original.config, original.module
     settings = [f"time_step={config.time_step!r} s", f"max_attempts={config.max_attempts}"]
     if not any(isinstance(statement, nodes.TerminateAfter) for statement in module.statements):
         settings.append(f"max_time={config.max_time!r} s")
-    scenario = scenario or pinned_scenario(module)
+    scenario = original.scenario or pinned_scenario(module)
     if scenario is not None:
         settings.append(f'scenario="{scenario}"')
     text = f'simulation({", ".join(settings)}, stream="{format_key(key)}")'

@@ -13,12 +13,12 @@ from typing import Any
 from cortex_dsl.api import arguments
 from cortex_dsl.api.derived_files import VERIFICATION
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases, open_run
+from engine.assessment import concatenate
 from engine.atomic import write_one
 from engine.checksums import has_checksum, is_unchanged, stamp, with_checksum
 from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
-from engine.search.assessment import concatenate
 from engine.search.ranking import Case
 from engine.search.store import store_errors
 from engine.strict_json import json_text

@@ -4,13 +4,23 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.api.derived_files import REMARKS, Difference, checked_checksums, derived_files, differing, write_derived
+from cortex_dsl.api.derived_files import (
+    REMARKS,
+    WITH_CHECKSUM,
+    Difference,
+    checked_checksums,
+    derived_files,
+    differing,
+    write_derived,
+)
 from cortex_dsl.api.runs import OpenedRun
+from cortex_dsl.plain_text import as_argument
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
 from engine.search.journal import Journal
+from engine.search.journal_reader import read_journal
 from engine.search.run import Task, summarize
 from engine.search.store import JOURNAL, hold
-from engine.study.database import Study
+from engine.study.database import Study, is_study, read_study
 from engine.study.study_files import study_files
 from engine.study.verdict import Findings, findings
 
@@ -67,7 +77,25 @@ def _checked(folder: Path, links: Sequence[str]) -> tuple[dict[str, Difference |
     """Return how each file with a checksum differs, and remarks on those that are not damaged for all that."""
     found = checked_checksums(folder, links)
     named = [name for name, difference in found.items() if difference in REMARKS]
-    return found, [f"`{name}` {found.pop(name)}" for name in named]
+    return found, [_remark(folder, name, found.pop(name)) for name in named]
+
+
+def _remark(folder: Path, name: str, difference: Difference | None) -> str:
+    cure = f"; {WITH_CHECKSUM[name].format(as_argument(folder))}" if difference is Difference.OUTDATED else ""
+    return f"`{name}` {difference}{cure}"
+
+
+def outdated(folder: Path) -> list[str]:
+    """Return a remark on each file that was made from an earlier state of the journal or the study beside it.
+
+    Raises:
+        StoreError: there is no readable run or study, or a file cannot be read.
+    """
+    if not any((folder / name).exists() for name in WITH_CHECKSUM):
+        return []
+    links = read_study(folder).seals if is_study(folder) else read_journal(folder / JOURNAL).links
+    found = checked_checksums(folder, links).items()
+    return [_remark(folder, name, difference) for name, difference in found if difference is Difference.OUTDATED]
 
 
 def compared_study(study: Study) -> tuple[dict[str, Difference | None], list[str]]:

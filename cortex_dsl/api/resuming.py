@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from cortex_dsl.api.arguments import callback, objectives_of
-from cortex_dsl.api.case_files import worst_files
+from cortex_dsl.api.derived_files import worst_files
 from cortex_dsl.api.restoring import restore
 from cortex_dsl.api.run_folder import (
     OnRemoved,
@@ -23,8 +23,8 @@ from cortex_dsl.api.run_folder import (
     same_objective,
 )
 from cortex_dsl.api.runs import OpenedRun, open_run
-from engine.arguments import whole
 from engine.driving.names import driver_hint
+from engine.errors import whole
 from engine.search.campaign import OnGeneration
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal

@@ -14,8 +14,7 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cortex_dsl.api.case_files import Writable, worst_files
-from cortex_dsl.api.derived_files import derived_files, write_derived
+from cortex_dsl.api.derived_files import Writable, derived_files, worst_files, write_derived
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
@@ -92,17 +91,24 @@ class SearchJob:
     """Objectives; (): those of the manifest."""
 
 
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a search that is stored, beside the settings of the scenario."""
+
+    profile: str = "paper"
+    objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES
+    workers: Workers | None = None
+    """How the simulations are run; None: as the settings say."""
+    on_generation: OnGeneration | None = None
+    on_removed: OnRemoved | None = None
+    command_line: Sequence[str] = ()
+
+
+AS_THE_SETTINGS = SearchOptions()
+
+
 def search_and_keep(
-    scenario: Searchable,
-    method: str,
-    folder: Path,
-    *,
-    profile: str = "paper",
-    command_line: Sequence[str] = (),
-    on_generation: OnGeneration | None = None,
-    on_removed: OnRemoved | None = None,
-    workers: Workers | None = None,
-    objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
+    scenario: Searchable, method: str, folder: Path, options: SearchOptions = AS_THE_SETTINGS
 ) -> SearchResult:
     """Search a scenario by its own settings, and store everything in an empty folder.
 
@@ -118,15 +124,15 @@ def search_and_keep(
         scenario.program,
         scenario.config,
         method,
-        profile,
+        options.profile,
         seen_from(folder, source.name),
-        [without_folders(word) for word in command_line],
+        [without_folders(word) for word in options.command_line],
         origin_of(scenario).seen_from(folder),
-        objective,
+        options.objective,
         _is_reproducible(scenario),
     )
-    workers = workers or default_workers(scenario)
-    work = SearchJob(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
+    workers, aims = options.workers or default_workers(scenario), tuple(options.objective)
+    work = SearchJob(scenario, folder, manifest, options.on_generation, options.on_removed, workers, aims)
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         return carry_out(work, journal)
 
@@ -198,7 +204,7 @@ def carry_out(work: SearchJob, journal: Journal, record: Record | None = None) -
             cases = (*campaign.worst, *worst_runs(campaign.evaluations))
             recorder.record_worst(cases)
             recorder.failures.clear()  # of probes of its genes, which are no simulations of the run
-            recorder.record_missing(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
+            recorder.record_missing(work.scenario.program, work.scenario.config, campaign.evaluations.rollouts, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
         write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link))

@@ -11,24 +11,23 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
-from cortex_dsl.api.arguments import kind, path_of
-from cortex_dsl.api.case_files import WORST_FOLDER
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.arguments import SearchSettings, kind, path_of, with_keywords
+from cortex_dsl.api.derived_files import WORST_FOLDER
 from cortex_dsl.api.run_folder import (
     FAILURES,
     KeptFiles,
     check_map,
 )
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
 from engine.display import facts_table
-from engine.search.campaign import Campaign, OnGeneration
+from engine.search.campaign import Campaign
 from engine.search.insight.kinds import blamed
 from engine.search.journal_reader import Record, damaged, read_journal
 from engine.search.manifest import Manifest, Text, check_program
@@ -38,7 +37,6 @@ from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, located
 from engine.search.typed import ManifestError
-from engine.search.workers import Workers
 from engine.tables import Ints
 
 if TYPE_CHECKING:
@@ -97,18 +95,15 @@ class OpenedRun:
         return scenes
 
 
+@with_keywords
 def search(
     scenario: str | Path | Scenario,
     method: str = "ga",
     *,
-    profile: str = "paper",
-    preset: str = "cortex",
     objective: ObjectiveSpec | Sequence[ObjectiveSpec] = "risk",
-    on_generation: OnGeneration | None = None,
-    workers: Workers | None = None,
     out: str | Path | None = None,
     ego: object = None,
-    **settings: Any,
+    **settings: Unpack[SearchSettings],
 ) -> Campaign:
     """Search a scenario, loaded or named by its path, for its worst cases; everything else is as in `Scenario.search`.
 
@@ -119,17 +114,7 @@ def search(
     """
     kind("scenario", scenario, (str, Path, Scenario), "name a scenario by its path, or load it")
     subject = scenario if isinstance(scenario, Scenario) else load(scenario)
-    return subject.search(
-        method,
-        profile=profile,
-        preset=preset,
-        objective=objective,
-        on_generation=on_generation,
-        workers=workers,
-        out=out,
-        ego=ego,
-        **settings,
-    )
+    return subject.search(method, objective=objective, out=out, ego=ego, **settings)
 
 
 def open_run(folder: str | Path, ego: object = None) -> OpenedRun:

@@ -21,16 +21,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import NoneType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from cortex_dsl.api import arguments
-from cortex_dsl.api.concrete import concrete_files
-from cortex_dsl.pipeline import Compiled
-from engine.config import Config
-from engine.errors import ArgumentError, ArgumentKindError
-from engine.program import Program
+from cortex_dsl.api.arguments import PRESET, PROFILE, SearchSettings
+from cortex_dsl.api.concrete import Original, concrete_files
+from cortex_dsl.files import DISK, Folder
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.source import Source
+from cortex_dsl.syntax.reading import read_source
+from engine.config import Config, SimulationConfig
+from engine.errors import ArgumentError, ArgumentKindError, UnreadableFileError
+from engine.program import Program, Settings
 from engine.vocabulary import OBSERVABLE, RECORDS, Method, Verdict
 
 if TYPE_CHECKING:
@@ -38,14 +42,13 @@ if TYPE_CHECKING:
 
     from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
-    from engine.driving.environment import Environment
+    from engine.environment import Environment
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
-    from engine.search.campaign import Campaign, OnGeneration
+    from engine.search.campaign import Campaign
     from engine.search.protocol import ObjectiveSpec
     from engine.search.ranking import Case
-    from engine.search.workers import Workers
     from engine.tables import Floats, Ints
     from engine.world import WorldRun
 
@@ -143,8 +146,7 @@ class Scenario:
         and for all others. A file with `record … as "reward"` takes precedence. `observe`: `records` of the file, or
         `egocentric`.
         """
-        from engine.driving.beside import others_of
-        from engine.driving.environment import Environment, Episodes
+        from engine.environment import Environment, Episodes, others_of
 
         n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
         arguments.one_of("observe", observe, OBSERVABLE)
@@ -233,30 +235,32 @@ class Scenario:
         arguments.kind("outcomes", outcomes, Outcomes, "`simulate` makes them of scenes")
         return assess(outcomes, PROFILES[arguments.one_of("profile", profile, PROFILES)])
 
+    @arguments.with_keywords
     def search(
         self,
         method: str = "ga",
         *,
-        profile: str = "paper",
-        preset: str = "cortex",
         objective: "ObjectiveSpec | Sequence[ObjectiveSpec]" = "risk",
-        on_generation: "OnGeneration | None" = None,
-        workers: "Workers | None" = None,
         out: str | Path | None = None,
         ego: object = None,
-        **settings: Any,
+        **settings: Unpack[SearchSettings],
     ) -> "Campaign":
         """Search for the worst cases by `method`.
 
-        `method` is a name of `engine.search.searchers.known_searchers()` such as `ga`, `random`, `niching`, `cmaes`;
-        `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
-
-        `objective` is a name (`engine.search.objectives`, or one of the file), or a function from `Outcomes` to one
-        number a scene, the larger the better; `nsga2` and `map_elites` take several. Settings are fields of
-        `engine.config.SearchConfig`. `on_generation` is called with a `Progress` after each generation; `workers` run
-        the simulations (see `engine.search.workers`; processes need a main module that can be imported). `out` is a new
-        folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it. `ego` drives, as
-        for `driven_by`.
+        Args:
+            method: a name of `engine.search.searchers.known_searchers()` such as `ga`, `random`, `niching`, `cmaes`.
+            objective: a name (`engine.search.objectives`, or one of the file), or a function from `Outcomes` to one
+                number a scene, the larger the better; `nsga2` and `map_elites` take several.
+            out: a new folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it.
+            ego: driver, as for `driven_by`.
+            settings:
+                profile: set of risk bands, `paper`, `paper-mm` or `literature`.
+                preset: preset of the genetic algorithm, `cortex` or `cortex-literal`.
+                on_generation: called with a `Progress` after each generation.
+                workers: how the simulations are run (see `engine.search.workers`; processes need a main module that
+                    can be imported).
+                generations, population, seed, rollouts, aggregate, jobs, engine, run, probes: fields of
+                    `engine.config.SearchConfig`, in place of those of `config`.
 
         Raises:
             ArgumentKindError: there is no such setting, or it is no number.
@@ -268,26 +272,23 @@ class Scenario:
         from engine.search.workers import Workers
 
         if ego is not None:
-            how = {"profile": profile, "preset": preset, "objective": objective, "on_generation": on_generation}
-            return self.driven_by(ego).search(method, **how, workers=workers, out=out, **settings)
-        arguments.settings(settings)
+            return self.driven_by(ego).search(method, objective=objective, out=out, **settings)
+        arguments.check_keywords("a search", SearchSettings, settings)
+        profile, preset = settings.pop("profile", PROFILE), settings.pop("preset", PRESET)
+        on_generation, workers = settings.pop("on_generation", None), settings.pop("workers", None)
         arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
         arguments.kind("method", method, str, "`known_searchers` lists all")
-        arguments.callback("on_generation", on_generation)
         aims = arguments.objectives_of(self.program, objective)
         settled = replace(self.config.search, **settings)
         config = replace(self.config, search=settled, ga=replace(self.config.ga, preset=preset))
         if out is None:
             return search(self.program, method, config, profile, on_generation, workers=workers, objective=aims)
-        how = {"profile": profile, "on_generation": on_generation, "workers": workers, "objective": aims}
-        return self._kept(method, arguments.path_of("out", out), config, **how)
-
-    def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
-        """A search in a run directory of its own."""
-        from cortex_dsl.api.run_folder import search_and_keep
+        from cortex_dsl.api.run_folder import SearchOptions, search_and_keep
         from engine.search.store import new_directory
 
-        found = search_and_keep(replace(self, config=config), method, new_directory(out), **how)
+        options = SearchOptions(profile, aims, workers, on_generation)
+        folder = new_directory(arguments.path_of("out", out))
+        found = search_and_keep(replace(self, config=config), method, folder, options)
         if found.failure is not None:
             raise found.failure
         return found.campaign
@@ -345,16 +346,64 @@ class Scenario:
         if not scenes.valid[row]:
             what = f"scene {row} is not valid; only a valid one can be written"
             raise ArgumentError(what, "`scenes.valid` says which are")
-        return concrete_files(
-            self.program,
-            self.compiled.module,
-            scenes,
-            row,
-            self.config.simulation,
-            overrides=self.overrides,
-            remark=remark,
-            imports=self.compiled.imports,
-            scenario=self.chosen,
-            name=name,
-            laid_out=laid_out,
-        )
+        compiled, settings = self.compiled, self.config.simulation
+        original = Original(self.program, compiled.module, settings, self.overrides, compiled.imports, self.chosen)
+        return concrete_files(original, scenes, row, remark=remark, name=name, laid_out=laid_out)
+
+
+# -- load --------------------------------------------------------------------------------------------------------------
+
+
+def load(path: str | Path, config: Config | None = None, scenario: str | None = None, **params: object) -> Scenario:
+    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`.
+
+    `scenario` is the name of the scenario to run if the file has several.
+
+    Raises:
+        CompileError: with every mistake in the file.
+        UnreadableFileError: the file cannot be read.
+    """
+    arguments.path_of("path", path, "name a file; `compile_text` takes the text itself")
+    try:
+        with arguments.drawn_errors():
+            source = read_source(path)
+    except OSError as error:
+        raise UnreadableFileError(path, error) from error
+    return _compiled(source, config, scenario, DISK, params)
+
+
+def compile_text(
+    text: str,
+    name: str = "<text>",
+    config: Config | None = None,
+    scenario: str | None = None,
+    folder: str | Path | None = None,
+    **params: object,
+) -> Scenario:
+    """Compile a scenario given as text; `name` is its name in messages, `folder` the folder of its imports.
+
+    Raises:
+        CompileError: with every mistake in the text.
+    """
+    arguments.kind("text", text, str, "`load` takes the path of a file")
+    files = DISK if folder is None else Folder(arguments.path_of("folder", folder))
+    return _compiled(Source(name, text), config, scenario, files, params)
+
+
+def _compiled(
+    source: Source, config: Config | None, scenario: str | None, files: Folder, params: Mapping[str, object]
+) -> Scenario:
+    config = Config() if config is None else arguments.config_of(config)
+    arguments.kind("scenario", scenario, (str, NoneType), arguments.LEFT_OUT)
+    overrides = {param: str(value) for param, value in params.items()}
+    with arguments.drawn_errors():
+        compiled = compile_source(source, overrides, scenario=scenario, files=files)
+    compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
+    simulation = in_file(config.simulation, compiled.program.settings)
+    return Scenario(compiled, replace(config, simulation=simulation), overrides, scenario)
+
+
+def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
+    """Return the config with the settings that the file itself makes."""
+    said = {name: getattr(settings, name) for name in ("time_step", "max_time", "max_attempts")}
+    return replace(config, **{name: value for name, value in said.items() if value is not None})

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from os.path import commonpath, relpath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from cortex_dsl.api import arguments
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.arguments import PRESET, PROFILE, StudySettings
 from cortex_dsl.api.restoring import restore_study
 from cortex_dsl.api.run_folder import origin_of
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, load
 from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
@@ -69,19 +69,16 @@ class Studied:
         return facts_table([*facts, *(("finding", sentence) for sentence in self.findings.verdict)])
 
 
+@arguments.with_keywords
 def study(
     files: Files | Iterable[Files],
     methods: str | Iterable[str] = ("random", "ga"),
     runs: int = RUNS,
     *,
-    out: str | Path | None = None,
-    jobs: int = 1,
-    profile: str = "paper",
-    preset: str = "cortex",
     objective: str | Iterable[str] = "risk",
-    on_run: "OnRun | None" = None,
+    out: str | Path | None = None,
     ego: object = None,
-    **settings: Any,
+    **settings: Unpack[StudySettings],
 ) -> Studied:
     """Search every scenario by every method `runs` times, and compare the methods run by run.
 
@@ -89,15 +86,17 @@ def study(
         files: scenarios, by path or loaded; for a folder all its `*.scn`. Each gets a seed of its own.
         methods: names as `Scenario.search` takes them; if `random` is among them, the others are compared with it.
         runs: number of runs of each method on each scenario; claims need 30 or more.
+        objective: one or several names that every scenario has.
         out: a new folder for every evaluation and for the tables of the study, as with `cortexc study`; None: results
             stay in memory, without the single evaluations.
-        jobs: processes, each with a whole run; more than 1 need a main module that can be imported.
-        profile: set of risk bands, `paper`, `paper-mm` or `literature`.
-        preset: preset of the genetic algorithm, `cortex` or `cortex-literal`.
-        objective: one or several names that every scenario has.
-        on_run: called with each `engine.study.run_records.Finished`, in no certain order.
         ego: driver, as for `Scenario.driven_by`; with several `jobs` by its name, `"python:module:function"`.
-        settings: fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, engine.
+        settings:
+            jobs: processes, each with a whole run; more than 1 need a main module that can be imported.
+            profile: set of risk bands, `paper`, `paper-mm` or `literature`.
+            preset: preset of the genetic algorithm, `cortex` or `cortex-literal`.
+            on_run: called with each `engine.study.run_records.Finished`, in no certain order.
+            generations, population, seed, rollouts, aggregate, engine, run, probes: fields of
+                `engine.config.SearchConfig`, in place of those of each scenario's config.
 
     Raises:
         CompileError: a file has errors.
@@ -105,8 +104,9 @@ def study(
         ArgumentError, ArgumentKindError: no scenario, one without params, an impossible number, an unknown setting.
         StoreError: the folder cannot be written, or a worker was killed.
     """
-    arguments.settings(settings)
-    runs, jobs = arguments.whole("runs", runs, 1), arguments.whole("jobs", jobs, 1)
+    arguments.check_keywords("a study", StudySettings, settings)
+    profile, preset = settings.pop("profile", PROFILE), settings.pop("preset", PRESET)
+    on_run, jobs, runs = settings.pop("on_run", None), settings.pop("jobs", 1), arguments.whole("runs", runs, 1)
     arguments.one_of("profile", profile, PROFILES)
     scenarios = _scenarios([files] if isinstance(files, Files) else arguments.several("files", files))
     if ego is not None:
@@ -115,7 +115,6 @@ def study(
     words = [methods] if isinstance(methods, str) else arguments.several("methods", methods)
     for word in words:
         arguments.kind("methods", word, str, "`known_searchers` lists all")
-    arguments.callback("on_run", on_run)
     aims = (objective,) if isinstance(objective, str) else tuple(arguments.several("objective", objective))
     for aim in aims:
         arguments.kind("objective", aim, str, "a study compares by names; `Scenario.search` takes a function, too")

@@ -23,7 +23,7 @@ from cortex_dsl.console.command import (
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest, filled, whole_number
-from cortex_dsl.console.simulating import open_scenario
+from cortex_dsl.console.simulating import open_scenario, proved_impossible
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.findings.analysis_report import analysis_content
 from cortex_dsl.report.terminal.render import rendered
@@ -112,6 +112,9 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
         return compiled
     scenario = open_scenario(request, run, compiled)
     compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
+    nothing = {"method": options.method, "value": None, "simulations": 0, "valid": 0, "withheld": Withheld.INVALID}
+    if (impossible := proved_impossible(scenario, request, run, terminal, "probability", nothing)) is not None:
+        return impossible
     seed = options.seed or 0
     with usage_errors():
         found = estimate(

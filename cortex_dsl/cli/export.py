@@ -21,15 +21,8 @@ from cortex_dsl.console.command import DRIVER, PARAM, SCENARIO, Command, Conditi
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, missing_extra
-from engine.interchange.contract import (
-    AFTER_CONTACT,
-    MODES,
-    OSC_VERSIONS,
-    PLAYERS,
-    ExportOptions,
-    Finding,
-    InterchangeError,
-)
+from engine.errors import InterchangeError
+from engine.interchange.contract import AFTER_CONTACT, MODES, OSC_VERSIONS, PLAYERS, ExportOptions, Finding
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase

@@ -18,7 +18,8 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import Asked, place_files, reason
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO
 from cortex_dsl.spelling import nearest
-from engine.interchange.contract import Export, ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export, ExportOptions
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.interchange_report import MeasuredReport

@@ -11,7 +11,7 @@ from cortex_dsl.api.derived_files import PAGE
 from cortex_dsl.console.command import EGO, EXAMPLE_RUN, Command, Option, run_of
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.console.user_files import reason, write_output
+from cortex_dsl.console.user_files import check_writable, reason, write_output
 from engine.search.store import StoreError
 
 if TYPE_CHECKING:
@@ -27,9 +27,11 @@ Figures = Callable[[Path], Sequence[Path]]
 def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
     from engine.study.database import is_study
 
-    folder, page, figures = (_study_page if is_study(options.run) else _run_page)(options, terminal)
-    path = options.out or folder / PAGE
-    write_output(path, page, "name another place with --out FILE.html" if path.name == PAGE else "")
+    path = options.out or options.run / PAGE
+    cure = "name another place with --out FILE.html" if path.name == PAGE else ""
+    check_writable(path, cure)
+    page, figures = (_study_page if is_study(options.run) else _run_page)(options, terminal)
+    write_output(path, page, cure)
     terminal.write(str(path))
     if options.figures is not None:
         for figure in _written(options.figures, figures):
@@ -39,8 +41,8 @@ def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
     return Exit.FINE
 
 
-def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
-    """Return folder and page of a run, and the function that draws its figures."""
+def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[str, Figures]:
+    """Return the page of a run, and the function that draws its figures."""
     from cortex_dsl.api.restoring import restore
     from cortex_dsl.api.runs import open_run
     from cortex_dsl.cli.search_output import checked_run, usage_errors
@@ -54,11 +56,11 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, st
     except StoreError as error:  # a page of a run that cannot be written is still a page
         terminal.note(f"{error.message}; {error.cure}")
     with usage_errors():
-        return run.folder, run_page(run, options.cases), partial(_run_figures, run)
+        return run_page(run, options.cases), partial(_run_figures, run)
 
 
-def _study_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
-    """Return folder and page of a study, and the function that draws its figures."""
+def _study_page(options: argparse.Namespace, terminal: Terminal) -> tuple[str, Figures]:
+    """Return the page of a study, and the function that draws its figures."""
     from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.cli.search_output import usage_errors
     from cortex_dsl.report.page.study_page import study_page
@@ -72,7 +74,7 @@ def _study_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, 
         _note_written(restore_study(study, found), "study", terminal)
     except StoreError as error:
         terminal.note(f"{error.message}; {error.cure}")
-    return options.run, study_page(study, found), partial(_study_figures, study)
+    return study_page(study, found), partial(_study_figures, study)
 
 
 def _note_written(names: Collection[str], source: str, terminal: Terminal) -> None:

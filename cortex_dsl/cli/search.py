@@ -6,10 +6,18 @@ from dataclasses import replace
 from pathlib import Path
 
 from cortex_dsl.api.resuming import reopened
-from cortex_dsl.api.run_folder import SearchResult, search_and_keep
+from cortex_dsl.api.run_folder import SearchOptions, SearchResult, search_and_keep
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import chosen_workers, opened_run, removed, request_of, show_found, usage_errors
+from cortex_dsl.cli.search_output import (
+    chosen_workers,
+    note_outdated,
+    opened_run,
+    removed,
+    request_of,
+    show_found,
+    usage_errors,
+)
 from cortex_dsl.console.command import (
     DASK,
     EGO,
@@ -77,17 +85,15 @@ def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchReque
     """One whole search with its run directory."""
     folder = _folder(method, asked, scenario.program)
     with watched(terminal, method, asked.generations) as on_generation:
-        return search_and_keep(
-            scenario,
-            method,
-            folder,
+        options = SearchOptions(
             profile=run.profile,
             objective=asked.objective,
-            command_line=asked.command_line,
+            workers=chosen_workers(scenario.config.search.engine, run.jobs, asked.dask),
             on_generation=on_generation,
             on_removed=removed(terminal),
-            workers=chosen_workers(scenario.config.search.engine, run.jobs, asked.dask),
+            command_line=asked.command_line,
         )
+        return search_and_keep(scenario, method, folder, options)
 
 
 def _folder(method: str, asked: SearchRequest, program: Program) -> Path:
@@ -154,6 +160,7 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
             compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
+        note_outdated(run.folder, terminal)
     request = replace(request_of(run, json=options.json), metrics=options.metrics, paper=options.paper)
     return show_found([found], run.scenario, request, terminal)
 

@@ -6,11 +6,12 @@ checked, and solvable problems raised as usage errors.
 
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from cortex_dsl.api.restoring import outdated
 from cortex_dsl.api.run_folder import OnRemoved, SearchResult
 from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
@@ -66,6 +67,16 @@ def usage_errors() -> Iterator[None]:
 def removed(terminal: Terminal) -> OnRemoved:
     """Return a callback that warns at once that later results are not stored."""
     return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
+
+
+def note_outdated(folder: Path, terminal: Terminal) -> None:
+    """Name the files that were made before the run or the study went on, with the commands that write them again.
+
+    A folder that was removed meanwhile has none.
+    """
+    with suppress(StoreError):
+        for remark in outdated(folder):
+            terminal.note(remark)
 
 
 def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:

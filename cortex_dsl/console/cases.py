@@ -16,7 +16,7 @@ from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
-    from cortex_dsl.interchange.writing import Gathered
+    from cortex_dsl.interchange.formats import Gathered
     from cortex_dsl.report.findings.case_replay import CaseReplay
     from cortex_dsl.report.findings.interchange_report import Written
     from engine.interchange.contract import ExportOptions
@@ -142,9 +142,9 @@ def write_cases(
     Raises:
         UsageError: no format can, a file is in the way, or they cannot be written.
     """
-    from cortex_dsl.interchange.writing import gather
+    from cortex_dsl.interchange.formats import gather
     from cortex_dsl.report.findings.interchange_report import Written
-    from engine.interchange.contract import InterchangeError
+    from engine.errors import InterchangeError
 
     try:
         gathered = gather(cases, formats, how)

@@ -21,12 +21,11 @@ from cortex_dsl.semantics.errors.runs import NO_NUMBER
 from cortex_dsl.semantics.errors.values import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
-from engine.built_in import checking
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
 from engine.operators import OPERATORS
 from engine.operators.bounds import DIVISIONS
-from engine.program import ParamSpace, Program
+from engine.program import ParamSpace, Program, checking
 from engine.tables import ROAD_REGION
 from engine.vocabulary import Column
 

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.api.arguments import held_params
-from cortex_dsl.api.loading import in_file
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, in_file
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
@@ -18,6 +16,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.semantics.names.linking import held_params
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.outcomes import Outcomes
 from engine.program import Program, Settings
@@ -30,8 +29,8 @@ if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.driving.blocks import Driver
     from engine.metrics import Metric
+    from engine.scenes import Impact
     from engine.search.campaign import Campaign
-    from engine.world.impacts import Impact
 
 
 def open_scenario(

@@ -129,6 +129,17 @@ def write_bytes(path: Path, content: bytes) -> None:
         raise UsageError(f"`{path}` cannot be the name of a file") from None
 
 
+def check_writable(path: Path, cure: str = "") -> None:
+    """Check that a file can be written, before its contents are computed for minutes.
+
+    Raises:
+        UsageError: its folder, or the existing file, may not be written.
+    """
+    for place in (path.parent, path) if path.is_file() or not os.path.lexists(path) else (path,):
+        if os.path.exists(place) and not os.access(place, os.W_OK):  # noqa: PTH110 - that of pathlib raises
+            raise UsageError(f"cannot write `{path}`: `{place}` is not writable", cure)
+
+
 def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
     """Write the output of a command to the place that the user named.
 

@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from cortex_dsl.editor.analysis import View, analyse
-from cortex_dsl.editor.facts import ObservedValue, ObservedValues, described, ending_at
+from cortex_dsl.editor.analysis import ObservedValue, ObservedValues, View, analyse, described, ending_at
 from cortex_dsl.editor.fitting import TEMPORAL, Candidate, Sort, asked_at, fitting
 from cortex_dsl.editor.hover import (
     argument_text,
@@ -28,7 +27,7 @@ from cortex_dsl.semantics.names.builtins import BUILTINS, REDUCERS, SPECIAL_NAME
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, PROPERTIES
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
 from cortex_dsl.syntax.words import KEYWORDS, TEMPORAL_PREFIXES, Keyword, Role
-from engine.named_results import NAMED_RESULTS
+from engine.judged import NAMED_RESULTS
 from engine.vocabulary import ManeuverType
 
 # -- what may follow a dot: found by asking the value that stands before it --------------------------------------------

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 from pygments.token import Number
 
-from cortex_dsl.editor.analysis import View
-from cortex_dsl.editor.facts import explained_unit
+from cortex_dsl.editor.analysis import View, explained_unit
 from cortex_dsl.editor.lexer import Token
 from cortex_dsl.editor.place import place_of
 from cortex_dsl.editor.symbols import Symbol

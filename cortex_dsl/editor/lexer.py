@@ -1,21 +1,75 @@
 """Colours of `.scn` text, for Pygments and programs based on it (rich, prompt_toolkit, Sphinx).
 
-The module also splits a text into tokens with their places, for editors.
+The words of the language are regular expressions here, for the TextMate grammar too. The module also splits a text into
+tokens with their places, for editors.
 """
 
 import re
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from pygments.lexer import RegexLexer, bygroups, default, include
 from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation, String, Whitespace, _TokenType
 
-from cortex_dsl.editor import patterns
-from cortex_dsl.editor.patterns import BLANK, NAME
-from cortex_dsl.semantics.names.builtins import Kind
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Kind
 from cortex_dsl.source import Span
+from cortex_dsl.syntax import words
+from cortex_dsl.syntax.literals import UNIT_WORDS
+from cortex_dsl.syntax.words import CONSTANT_WORDS, RESERVED, Role, with_role
+
+# -- words of the language as regular expressions ----------------------------------------------------------------------
+
+
+NAME = r"[^\W\d]\w*"
+BLANK = r"[ \t\f]"
+_OPERAND = rf"(?={BLANK}+(?!(?:and|as|else|for|if|in|is|not[ \t]+in|or|until)\b)(?:[\w(\[{{\"']|[-+]\S))"
+"""Pattern after a word that is a keyword by position: a blank and a value."""
+_NO_NAME = rf"(?![(\[]|{BLANK}*(?:[.,)\]}}]|(?:\*\*|//|[-+*/%@<>!=])?=)|{BLANK}+(?:and|as|if|in|is|or)\b)"
+"""Pattern that must not follow the first word of a statement; if it does, as in `record = 3`, the word is a name."""
+
+
+def one_of(words: Iterable[str]) -> str:
+    """Return a pattern for one of several words, the longest match first."""
+    return "(?:" + "|".join(re.escape(word) for word in sorted(words, key=lambda w: (-len(w), w))) + ")"
+
+
+def _phrase(keyword: words.Keyword, guard: str) -> str:
+    """Return a pattern for words in a row; a single unreserved word needs a guard, since it may be a name."""
+    free = len(keyword.words) == 1 and keyword.phrase not in RESERVED
+    return rf"{BLANK}+".join(keyword.words) + r"\b" + (guard if free else "")
+
+
+def _phrases(*roles: Role, guard: str = "") -> str:
+    return "(?:" + "|".join(dict.fromkeys(_phrase(keyword, guard) for keyword in with_role(*roles))) + ")"
+
+
+def _begins(*roles: Role) -> str:
+    """Return a pattern for statements; a statement in the form of a call needs its bracket."""
+    called = [k.phrase for k in with_role(*roles) if k.form.startswith(f"{k.phrase}(")]
+    usual = _phrases(*roles, guard=_NO_NAME)
+    return rf"(?:{one_of(called)}(?={BLANK}*\()|{usual})" if called else usual
+
+
+STATEMENT = _begins(Role.STATEMENT, Role.ACT, Role.CLAUSE)
+SPECIFIER = _phrases(Role.SPECIFIER, guard=_OPERAND)
+OPERATOR = _phrases(Role.OPERATOR, guard=_OPERAND)
+LINK = rf"(?:{one_of(RESERVED - {*CONSTANT_WORDS})}\b|{_phrases(Role.LINK, guard=_NO_NAME)})"
+"""Words inside a statement that join its parts; a reserved word is a keyword everywhere."""
+DEFINITION = rf"(behavior|monitor|scenario)({BLANK}+)(?!(?:and|as|for|if|in|is|not|or)\b)({NAME})"
+"""Definition of a name: the keyword, the blank and the name."""
+CONSTANT = rf"{one_of(CONSTANT_WORDS)}\b"
+SPECIAL = rf"{one_of(SPECIAL_NAMES)}\b"
+ASSIGNED = rf"{NAME}(?={BLANK}*(?:,{BLANK}*{NAME}{BLANK}*)*(?:\*\*|//|[-+*/%])?=(?!=))"
+NAMED_ARGUMENT = rf"{NAME}(?={BLANK}*=(?!=))"
+NUMBER = r"(?:\d[\d_]*\.?[\d_]*|\.\d[\d_]*)(?:[eE][-+]?\d+)?"
+UNIT = rf"{one_of(UNIT_WORDS)}(?![\w^²])"
+SIGN = r"\*\*=?|//=?|[-+*/%]=?|[<>=!]=|[<>=@]"
+
+
+def builtins(*kinds: Kind) -> str:
+    return rf"{one_of(b.name for b in BUILTINS.values() if b.kind in kinds)}\b"
 
 
 class ScnLexer(RegexLexer):
@@ -42,10 +96,10 @@ class ScnLexer(RegexLexer):
                 "statement",
             ),
             (rf"(class)({BLANK}+)({NAME})", bygroups(Keyword.Declaration, Whitespace, Name.Class), "statement"),
-            (patterns.DEFINITION, bygroups(Keyword.Declaration, Whitespace, Name.Function), "statement"),
-            (patterns.STATEMENT, Keyword, "statement"),
-            (rf"(?!{patterns.LINK}){patterns.ASSIGNED}", Name.Variable, "statement"),
-            (rf"(?!{patterns.LINK})({NAME})({BLANK}*)(:)", bygroups(Name.Attribute, Whitespace, Punctuation)),
+            (DEFINITION, bygroups(Keyword.Declaration, Whitespace, Name.Function), "statement"),
+            (STATEMENT, Keyword, "statement"),
+            (rf"(?!{LINK}){ASSIGNED}", Name.Variable, "statement"),
+            (rf"(?!{LINK})({NAME})({BLANK}*)(:)", bygroups(Name.Attribute, Whitespace, Punctuation)),
             default("statement"),
         ],
         "statement": [
@@ -62,15 +116,15 @@ class ScnLexer(RegexLexer):
             include("names"),
             (r"[(\[{]", Punctuation, "brackets"),
             (r"[)\]}]", Punctuation),
-            (patterns.SIGN, Operator),
+            (SIGN, Operator),
             (r"[,.]", Punctuation),
         ],
         "brackets": [
             (r"\n", Whitespace),
-            (rf"(\))({BLANK}*)({patterns.UNIT})", bygroups(Punctuation, Whitespace, Keyword.Type), "#pop"),
+            (rf"(\))({BLANK}*)({UNIT})", bygroups(Punctuation, Whitespace, Keyword.Type), "#pop"),
             (r"[)\]}]", Punctuation, "#pop"),
             (r":", Punctuation),
-            (patterns.NAMED_ARGUMENT, Name.Variable),
+            (NAMED_ARGUMENT, Name.Variable),
             include("inside"),
         ],
         "lambda": [
@@ -87,8 +141,8 @@ class ScnLexer(RegexLexer):
             (r"[fF]?'(?:[^'\\\n]|\\[^\n])*'?", String),
         ],
         "numbers": [
-            (rf"({patterns.NUMBER})({BLANK}*)({patterns.UNIT})", bygroups(Number, Whitespace, Keyword.Type)),
-            (patterns.NUMBER, Number),
+            (rf"({NUMBER})({BLANK}*)({UNIT})", bygroups(Number, Whitespace, Keyword.Type)),
+            (NUMBER, Number),
         ],
         "words": [
             (r"lambda\b", Keyword, "lambda"),
@@ -96,18 +150,18 @@ class ScnLexer(RegexLexer):
             (rf"(with)({BLANK}+)({NAME})", bygroups(Keyword, Whitespace, Name.Attribute)),
             (rf"(as)({BLANK}+)({NAME})", bygroups(Keyword, Whitespace, Name.Label)),
             (rf"(\.)({BLANK}*)({NAME})", bygroups(Operator, Whitespace, Name.Attribute)),
-            (patterns.CONSTANT, Keyword.Constant),
+            (CONSTANT, Keyword.Constant),
             (r"deg\b", Keyword.Type),
-            (patterns.OPERATOR, Operator.Word),
-            (patterns.SPECIFIER, Keyword),
-            (patterns.LINK, Keyword),
+            (OPERATOR, Operator.Word),
+            (SPECIFIER, Keyword),
+            (LINK, Keyword),
         ],
         "names": [
-            (patterns.SPECIAL, Name.Builtin.Pseudo),
-            (patterns.builtins(Kind.FUNCTION, Kind.DISTRIBUTION), Name.Builtin),
-            (patterns.builtins(Kind.ACTION, Kind.BEHAVIOUR), Name.Function),
-            (patterns.builtins(Kind.CLASS), Name.Class),
-            (patterns.builtins(Kind.CONSTANT), Name.Builtin.Pseudo),
+            (SPECIAL, Name.Builtin.Pseudo),
+            (builtins(Kind.FUNCTION, Kind.DISTRIBUTION), Name.Builtin),
+            (builtins(Kind.ACTION, Kind.BEHAVIOUR), Name.Function),
+            (builtins(Kind.CLASS), Name.Class),
+            (builtins(Kind.CONSTANT), Name.Builtin.Pseudo),
             (NAME, Name),
         ],
     }

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cortex_dsl.editor.analysis import View
-from cortex_dsl.editor.patterns import NAME
+from cortex_dsl.editor.lexer import NAME
 from cortex_dsl.editor.symbols import Symbol, SymbolKind, symbols_of
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax.words import RESERVED

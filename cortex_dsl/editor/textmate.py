@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from cortex_dsl.editor import patterns
-from cortex_dsl.editor.patterns import BLANK, NAME
+from cortex_dsl.editor import lexer
+from cortex_dsl.editor.lexer import BLANK, NAME
 from cortex_dsl.semantics.names.builtins import Kind
 from engine.strict_json import json_text
 
@@ -49,10 +49,10 @@ def _statements() -> list[Rule]:
         _quoted(rf"^{BLANK}*", "'''", "string.quoted.docstring"),
         _match(rf"{START}(param)({BLANK}+)({NAME})(?={BLANK}*=)", "storage.type", "", "variable.other.assignment"),
         _match(rf"{START}(class)({BLANK}+)({NAME})", "storage.type", "", "entity.name.type.class"),
-        _match(START + patterns.DEFINITION, *definition),
-        _match(rf"{START}({patterns.STATEMENT})", "keyword.control"),
-        _match(rf"{START}(?!{patterns.LINK})({patterns.ASSIGNED})", "variable.other.assignment"),
-        _match(rf"^{BLANK}*(?!{patterns.LINK})({NAME})(?={BLANK}*:)", "variable.other.property"),
+        _match(START + lexer.DEFINITION, *definition),
+        _match(rf"{START}({lexer.STATEMENT})", "keyword.control"),
+        _match(rf"{START}(?!{lexer.LINK})({lexer.ASSIGNED})", "variable.other.assignment"),
+        _match(rf"^{BLANK}*(?!{lexer.LINK})({NAME})(?={BLANK}*:)", "variable.other.property"),
     ]
 
 
@@ -68,9 +68,9 @@ def _strings() -> list[Rule]:
 def _numbers() -> list[Rule]:
     number, unit = "constant.numeric", "keyword.other.unit"
     return [
-        _match(rf"\b({patterns.NUMBER}){BLANK}*({patterns.UNIT})", number, unit),
-        _match(rf"(?<=\)){BLANK}*({patterns.UNIT})", unit),
-        _match(rf"\b{patterns.NUMBER}|(?<![\w.])\.\d[\d_]*(?:[eE][-+]?\d+)?", name=number),
+        _match(rf"\b({lexer.NUMBER}){BLANK}*({lexer.UNIT})", number, unit),
+        _match(rf"(?<=\)){BLANK}*({lexer.UNIT})", unit),
+        _match(rf"\b{lexer.NUMBER}|(?<![\w.])\.\d[\d_]*(?:[eE][-+]?\d+)?", name=number),
     ]
 
 
@@ -82,24 +82,24 @@ def _words() -> list[Rule]:
         _match(rf"\b(with){BLANK}+({NAME})", keyword, "variable.other.property"),
         _match(rf"\b(as){BLANK}+({NAME})", keyword, "entity.name.label"),
         _match(rf"(\.){BLANK}*({NAME})", "keyword.operator", "variable.other.property"),
-        _match(rf"\b{patterns.CONSTANT}", name="constant.language"),
+        _match(rf"\b{lexer.CONSTANT}", name="constant.language"),
         _match(r"\bdeg\b", name="keyword.other.unit"),
-        _match(rf"\b{patterns.OPERATOR}", name="keyword.operator.word"),
-        _match(rf"\b{patterns.SPECIFIER}", name=keyword),
-        _match(rf"\b{patterns.LINK}", name=keyword),
+        _match(rf"\b{lexer.OPERATOR}", name="keyword.operator.word"),
+        _match(rf"\b{lexer.SPECIFIER}", name=keyword),
+        _match(rf"\b{lexer.LINK}", name=keyword),
     ]
 
 
 def _names() -> list[Rule]:
     return [
-        _match(rf"\b{patterns.NAMED_ARGUMENT}", name="variable.parameter"),
-        _match(rf"\b{patterns.SPECIAL}", name="variable.language"),
-        _match(rf"\b{patterns.builtins(Kind.FUNCTION, Kind.DISTRIBUTION)}", name="support.function.builtin"),
-        _match(rf"\b{patterns.builtins(Kind.ACTION, Kind.BEHAVIOUR)}", name="entity.name.function.library"),
-        _match(rf"\b{patterns.builtins(Kind.CLASS)}", name="entity.name.type.class"),
-        _match(rf"\b{patterns.builtins(Kind.CONSTANT)}", name="variable.language"),
+        _match(rf"\b{lexer.NAMED_ARGUMENT}", name="variable.parameter"),
+        _match(rf"\b{lexer.SPECIAL}", name="variable.language"),
+        _match(rf"\b{lexer.builtins(Kind.FUNCTION, Kind.DISTRIBUTION)}", name="support.function.builtin"),
+        _match(rf"\b{lexer.builtins(Kind.ACTION, Kind.BEHAVIOUR)}", name="entity.name.function.library"),
+        _match(rf"\b{lexer.builtins(Kind.CLASS)}", name="entity.name.type.class"),
+        _match(rf"\b{lexer.builtins(Kind.CONSTANT)}", name="variable.language"),
         _match(NAME),
-        _match(patterns.SIGN, name="keyword.operator"),
+        _match(lexer.SIGN, name="keyword.operator"),
     ]
 
 

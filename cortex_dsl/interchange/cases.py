@@ -129,10 +129,10 @@ def _export_case(origin: _Origin, name: str) -> ExportCase:
         run,
         step=scenario.config.simulation.time_step,
         name=name,
-        signals=signal_times(scenario, scenes),
         surroundings=surroundings_of(scenario, scenes),
-        provenance=_provenance(origin, run.outcomes),
     )
+    signals, provenance = signal_times(scenario, scenes), _provenance(origin, run.outcomes)
+    recording = replace(recording, signals=signals, provenance=provenance)
     return ExportCase(recording, run.outcomes, origin.profile, scenario, scenes)
 
 

@@ -17,7 +17,8 @@ from cortex_dsl.semantics.names.builtins import TOP_SPEED
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_BYTES
 from cortex_dsl.syntax.formatting import format_source
-from engine.interchange.contract import Export, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export
 from engine.interchange.openscenario.document import unique_names
 from engine.interchange.recording import RecordedActor, Recording
 from engine.tables import Floats

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from cortex_dsl.api.concrete import map_copies
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import load
 from cortex_dsl.interchange.cases import ExportCase
 from engine.interchange.contract import OURS, Export, ExportOptions, Finding
 from engine.interchange.recording import Recording, recorded_run

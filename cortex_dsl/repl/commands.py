@@ -27,7 +27,7 @@ class Command:
     function: Callable[[State, str], None]
     """Function of the session and the argument."""
     completes: tuple[str, ...] = ()
-    """Kinds of its words, in order, by the names of `offers.KINDS`; the last kind applies to all further words."""
+    """Kinds of its words, in order, by the names of `prompt.KINDS`; the last kind applies to all further words."""
     loud: bool = False
     """Whether `!` after its name overwrites existing contents."""
 

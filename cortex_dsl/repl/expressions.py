@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Label, Severity
-from cortex_dsl.editor.facts import described
+from cortex_dsl.editor.analysis import described
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.repl.draft import keys
 from cortex_dsl.repl.state import STAND_IN, STILL_TO_COME, State, refuse

@@ -32,7 +32,7 @@ class Instant:
 
 def instant_runs(state: State, scenario: "Scenario") -> Instant | None:
     """Scenes as the file draws them by the seed of the session; None where one fails, which is then shown."""
-    from engine.search.assessment import concatenate, take
+    from engine.assessment import concatenate, take
 
     drawn: list[Scenes] = []
     valid = attempts = 0

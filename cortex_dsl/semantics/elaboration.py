@@ -7,9 +7,8 @@ its variant as expressions over unknowns: genes, draws, and the state of the sim
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import PurePath
 
 from cortex_dsl import ir
@@ -39,7 +38,7 @@ from cortex_dsl.semantics.model.choices import (
 )
 from cortex_dsl.semantics.model.context import Observer
 from cortex_dsl.semantics.model.marks import Marks
-from cortex_dsl.semantics.model.state import FileContext, MapFinder, no_maps
+from cortex_dsl.semantics.model.state import ChoicePlan, FileContext, FileFacts, MapFinder, RunSettings, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides, with_outside_params
 from cortex_dsl.semantics.names.scope import check_names
 from cortex_dsl.semantics.names.tree import attributes_read, attributes_set, everything_in, param_entries, system_params
@@ -47,7 +46,6 @@ from cortex_dsl.semantics.quantities.units import si_word
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
-from engine.config import SimulationConfig
 from engine.maps import MapFile, RoadSpec
 from engine.program import Settings
 from engine.road.network import Network
@@ -81,48 +79,45 @@ def elaborate(
     values = read_overrides(whole, overrides)
     check_names(module, findings, imports)
     system = system_params(module, param_entries(whole), findings)
-    from_scenic = any(isinstance(statement, nodes.Model) for statement in whole.statements)
-    fresh = partial(
-        FileContext,
+    facts = FileFacts(
         source,
         values,
         imports,
-        _default_road(whole, findings),
+        default_road=_default_road(whole, findings),
         entry=setting_up.entry(module, scenario, findings),
-        default_signals=map_with_lights(whole),
-        has_plan=has_plan(whole),
         find_map=find_map,
         has_map=any(isinstance(statement, nodes.Map) for statement in whole.statements),
-        from_scenic=from_scenic,
-        settings=Settings(pedals_stay=from_scenic),
+        has_plan=has_plan(whole),
+        default_signals=map_with_lights(whole),
+        from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
         attributes_read=attributes_read(whole),
         attributes_set=attributes_set(whole),
     )
-    file, drafts = _drafted(module, fresh, findings, observe)
+    file, drafts = _drafted(module, facts, findings, observe)
     return with_advice(module, file, replace(_scenario(module, file, drafts), system=system))
 
 
 def _drafted(
-    module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings, observe: Observer | None
+    module: nodes.Module, facts: FileFacts, findings: Findings, observe: Observer | None
 ) -> tuple[FileContext, list[Draft]]:
     """Return every variant; start again where a choice that was left symbolic has to be known, and where there are so
     many variants that the scene has to draw lanes. Where it cannot, lanes are chosen as in any other file.
     """
-    expanded: frozenset[Span] = frozenset()
-    draws_lanes, limit = False, CHOSEN_LANES_LIMIT
+    plan, limit = ChoicePlan(), CHOSEN_LANES_LIMIT
     while True:
-        file = fresh(expanded=expanded, findings=findings.copy(), draws_lanes=draws_lanes)
+        settings = RunSettings(Settings(pedals_stay=facts.from_scenic))
+        file = FileContext(facts, plan, findings.copy(), settings)
         try:
             drafts = _enumerate(module, file, observe, limit)
         except NeedsExpansion as need:
-            expanded = _expanded(expanded, need.sites)
+            plan = replace(plan, expanded=_expanded(plan.expanded, need.sites))
             continue
         except TooManyVariants:
-            draws_lanes, limit = True, VARIANT_LIMIT
+            plan, limit = replace(plan, draws_lanes=True), VARIANT_LIMIT
             continue
-        if not (draws_lanes and file.findings.has_errors):
+        if not (plan.draws_lanes and file.findings.has_errors):
             return file, drafts
-        draws_lanes, expanded = False, frozenset()
+        plan = ChoicePlan()
 
 
 def _whole(module: nodes.Module, imports: Mapping[Span, ImportedFile]) -> nodes.Module:
@@ -158,7 +153,7 @@ def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None
     """
     drafts: list[Draft] = []
     # An observer keeps the places of values, and scenarios change when they are composed.
-    marks = Marks() if observe is None and file.entry is None else None
+    marks = Marks() if observe is None and file.facts.entry is None else None
 
     def one(oracle: Oracle) -> Draft | None:
         return elaborate_variant(module, file, oracle, observe, marks)
@@ -206,31 +201,31 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         temporals = temporal_requirements(file, conditions, has_end=has_end)
         objectives = objectives_of(file, conditions, has_end=has_end)
     if file.findings.has_errors:
-        raise CompileError(file.source, file.findings)
-    (network,) = file.networks.values()
+        raise CompileError(file.facts.source, file.findings)
+    (network,) = file.roads.networks.values()
     requirements = _requirement_keys(possible)
     return ir.Scenario(
-        source=file.source,
-        name=PurePath(file.source.name).stem,
+        source=file.facts.source,
+        name=PurePath(file.facts.source.name).stem,
         description=module.docstring or "",
         road=network.spec,
         genes=tuple(_measured(file)),
-        settings=_settings(file),
+        settings=file.settings.resolved(),
         variants=tuple(_completed(file, draft, requirements) for draft in drafts),
         network=network,
         pool=tuple(file.pool.values),
         temporals=temporals,
-        records=tuple(record for _, record in file.records.values()),
+        records=tuple(record for _, record in file.run.records.values()),
         objectives=objectives,
-        readings=tuple(file.readings),
-        controls=tuple(file.controls.values()),
+        readings=tuple(file.run.readings),
+        controls=tuple(file.run.controls.values()),
     )
 
 
 def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
     """Yield the genes; a gene without a unit takes the dimension of its places if they agree."""
-    for index, gene in enumerate(file.genes.values()):
-        words = {si_word(dimension) for dimension in file.gene_dimensions.get(index, ())}
+    for index, gene in enumerate(file.genes.infos):
+        words = {si_word(dimension) for dimension in file.genes.dimensions.get(index, ())}
         bare = not gene.unit and len(words) == 1 and words != {""}
         yield replace(gene, unit=words.pop(), bare=True) if bare else gene
 
@@ -238,24 +233,24 @@ def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
 def _has_end(module: nodes.Module, file: FileContext) -> bool:
     """Return whether the file limits the time of a run."""
     ends = any(isinstance(statement, nodes.TerminateAfter) for statement in everything_in(module))
-    return ends or file.settings.max_time is not None
+    return ends or file.settings.given.max_time is not None
 
 
 def _how_to_have_options(file: FileContext, span: Span) -> str:
     if any(d.code == NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
         return "correct the comparison in it, which never holds"
-    if re.search(r"is[34]Way", file.source.slice(span)) and (cure := _other_intersections(file)):
+    if re.search(r"is[34]Way", file.facts.source.slice(span)) and (cure := _other_intersections(file)):
         return cure
-    if "ManeuverType." in file.source.slice(span) and (has := _maneuvers(file)):
+    if "ManeuverType." in file.facts.source.slice(span) and (has := _maneuvers(file)):
         return f"choose another map, or other maneuvers: this one has some of {has}"
-    if "U_TURN" in file.source.slice(span):
+    if "U_TURN" in file.facts.source.slice(span):
         return "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
     return "widen the filter, or choose another map"
 
 
 def _network_of_file(file: FileContext) -> Network | None:
     """Return the roads of an OpenDRIVE file; None for other maps, which their `map` line describes."""
-    network = next(iter(file.networks.values()), None)
+    network = next(iter(file.roads.networks.values()), None)
     return network if network is not None and isinstance(network.spec, MapFile) else None
 
 
@@ -284,26 +279,18 @@ def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequen
         cure = _how_to_have_options(file, first.span)
         file.findings.add(NO_OPTIONS.at(first.span, reason=first.variant.rejection, cure=cure))
         return
-    for span, weight in file.weights.items():
+    for span, weight in file.scene.weights.items():
         if not weight.possible:
-            file.findings.add(ALWAYS_FALSE.at(span, secondary=weight.labels(file.genes)))
-    for span, possible_there in file.places.items():
+            file.findings.add(ALWAYS_FALSE.at(span, secondary=weight.labels(file.genes.infos)))
+    for span, possible_there in file.scene.places.items():
         if not possible_there:
-            file.findings.add(EMPTY_REGION.at(span, text=file.source.words(span)))
+            file.findings.add(EMPTY_REGION.at(span, text=file.facts.source.words(span)))
     objects = [[(a.name, a.kind) for a in draft.variant.actors] for draft in possible]
     for draft, here in zip(possible, objects, strict=True):
         if here != objects[0]:
             names = [", ".join(name for name, _ in each) for each in (objects[0], here)]
             file.findings.add(DIFFERENT_OBJECTS.at(draft.span, here=names[0], there=names[1]))
             return
-
-
-def _settings(file: FileContext) -> Settings:
-    """`terminate after N steps` becomes a time."""
-    if file.max_steps is None:
-        return file.settings
-    step = file.settings.time_step or SimulationConfig().time_step
-    return replace(file.settings, max_time=file.max_steps * step)
 
 
 Key = tuple[int, str, int]
@@ -338,8 +325,9 @@ def _completed(file: FileContext, draft: Draft, requirements: Mapping[Key, ir.Re
         draft.variant,
         requirements=tuple(own.get(key, replace(r, condition=always, margin=None)) for key, r in requirements.items()),
         rules=tuple(
-            ir.Rule(draft.conditions.get(key), name, file.line(key[0]), key[1]) for key, name in file.rules.items()
+            ir.Rule(draft.conditions.get(key), name, file.facts.line(key[0]), key[1])
+            for key, name in file.run.rules.items()
         ),
-        objectives=tuple(draft.objectives.get(span) for span in file.objectives),
-        local_count=max(draft.variant.local_count, len(file.readings)),
+        objectives=tuple(draft.objectives.get(span) for span in file.run.objectives),
+        local_count=max(draft.variant.local_count, len(file.run.readings)),
     )

@@ -8,39 +8,26 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
-from cortex_dsl.semantics.acting.domains import require_domains
 from cortex_dsl.semantics.acting.objectives import expect, optimize
-from cortex_dsl.semantics.acting.rules import keep_record, require_over_run
+from cortex_dsl.semantics.acting.rules import keep_record, require_domains, require_over_run
 from cortex_dsl.semantics.acting.statements import terminate_when
 from cortex_dsl.semantics.acting.yielding import everything
-from cortex_dsl.semantics.composition.composing import Composer
+from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
-from cortex_dsl.semantics.composition.whole_run import run_by, set_up_run
 from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.runs import WHICH_SCENARIO
 from cortex_dsl.semantics.errors.scene import NO_EGO
-from cortex_dsl.semantics.evaluation import (
-    calls,
-    distances,
-    geometry,
-    lists,
-    objects,
-    operators,
-    relations,
-    seeing,
-    texts,
-)
+from cortex_dsl.semantics.evaluation import calls, geometry, lists, objects, operators, relations, seeing, texts
 from cortex_dsl.semantics.evaluation.roads import network_of
-from cortex_dsl.semantics.evaluation.surroundings import in_environment
+from cortex_dsl.semantics.evaluation.seeing import in_environment
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
-from cortex_dsl.semantics.names.classes import OFF_ROAD
-from cortex_dsl.semantics.names.properties import PROPERTIES
+from cortex_dsl.semantics.names.properties import OFF_ROAD, PROPERTIES
 from cortex_dsl.semantics.names.tree import speaks_of_run
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
@@ -73,7 +60,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.BoolOp: operators.boolean,
     nodes.Compare: operators.compare,
     nodes.Conditional: operators.conditional,
-    nodes.Distance: distances.distance,
+    nodes.Distance: relations.distance,
     nodes.RelativeHeading: relations.relative_heading,
     nodes.SeenFrom: relations.seen_from,
     nodes.Angle: relations.angle,
@@ -83,7 +70,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.RelativeTo: relations.relative_to,
     nodes.FieldAt: relations.field_at,
     nodes.CanSee: seeing.can_see,
-    nodes.Intersects: distances.intersects,
+    nodes.Intersects: relations.intersects,
     nodes.OffsetBy: geometry.offset_by,
     nodes.OffsetAlong: geometry.offset_along,
     nodes.New: objects.new,
@@ -175,7 +162,7 @@ def _rejected(run: VariantState, rejection: Rejection) -> ir.Variant:
         choices=tuple(run.decisions.choices),
         gene_options=run.decisions.oracle.gene_options,
         rejection=rejection.reason,
-        rejection_line=run.file.line(rejection.span),
+        rejection_line=run.file.facts.line(rejection.span),
     )
 
 
@@ -189,7 +176,7 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
     undecided = any(finding.code in HIDES_THE_EGO for finding in ev.file.findings)
     taken = ev.run.names.get("ego") is POISON
     if (ego is None or ego.index != 0) and not taken and not undecided:
-        end = len(ev.file.source.text.rstrip())
+        end = len(ev.facts.source.text.rstrip())
         ev.report(NO_EGO.at(Span(end, end), label="the file ends without one"))
     return sorted(ev.run.built.actors, key=lambda actor: actor.index)
 
@@ -202,7 +189,7 @@ def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
     for actor in actors:
         present = actor.scenario is None or actor.scenario.present
         if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
-            name, line = f"{actor.name} is visible from the ego", ev.file.line(actor.span)
+            name, line = f"{actor.name} is visible from the ego", ev.facts.line(actor.span)
             ev.run.built.requirements.append(ir.Requirement(seeing.sees(ev, ego, actor), 1.0, name, line))
 
 
@@ -217,7 +204,7 @@ def _require_workspace(ev: Evaluator, actors: Sequence[Actor]) -> None:
         if "regionContainedIn" not in actor.properties and (actor.scenario is None or actor.scenario.present):
             inside = geometry.inside(scene, actor, workspace, actor.span)
             name = f"{actor.name} lies in the workspace"
-            ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, ev.file.line(actor.span)))
+            ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, ev.facts.line(actor.span)))
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
@@ -256,7 +243,7 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
 
 def _imported(ev: Evaluator) -> Iterator[tuple[dict[str, Value], Sequence[nodes.Statement]]]:
     """Variables and statements of the imported files; how a run ends is not up to them."""
-    modules = {file.name: file.module for file in ev.file.imports.values()}
+    modules = {file.name: file.module for file in ev.facts.imports.values()}
     for name, names in ev.run.imported.items():
         yield names, [s for s in modules[name].statements if type(s) not in OF_THE_RUN]
 

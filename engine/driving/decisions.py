@@ -6,9 +6,11 @@ driver afterwards.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
+from engine.assessment import take
 from engine.batch import simulate
 from engine.config import ActorDriver, Config, ContactConfig, SimulationConfig
 from engine.control import numbers_decided
@@ -20,9 +22,6 @@ from engine.outcomes import Assessment
 from engine.program import Program
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
-from engine.search.assessment import take
-from engine.search.evaluations import Evaluations
-from engine.search.ranking import Case
 from engine.streams import key_rows, scene_in_words
 from engine.tables import Floats, Ints
 from engine.vocabulary import RECORDS, Method
@@ -52,7 +51,22 @@ def _is_run(done: Driven, judged: Assessment) -> bool:
     return bool(done.scenes.valid[0]) and all(np.array_equal(one, other, equal_nan=True) for one, other in pairs)
 
 
-def _name(case: Case) -> bytes:
+class KeptCase(Protocol):
+    """Scene of a search and its place among the evaluations."""
+
+    @property
+    def key(self) -> tuple[int, ...]: ...
+    @property
+    def genome(self) -> tuple[float, ...]: ...
+    @property
+    def row(self) -> int: ...
+    @property
+    def rollout(self) -> int: ...
+    @property
+    def lost(self) -> bool: ...
+
+
+def _name(case: KeptCase) -> bytes:
     return name_of(np.array(case.key), np.array(case.genome))
 
 
@@ -161,7 +175,7 @@ class Recorder:
         self._forget(MOST_RECENT)
         return done
 
-    def record_worst(self, cases: Sequence[Case]) -> None:
+    def record_worst(self, cases: Sequence[KeptCase]) -> None:
         """Store the decisions of these of the latest scenes, whatever their outcome."""
         for case in cases:
             self._keep(_name(case))
@@ -171,8 +185,8 @@ class Recorder:
         for key in [*self.recent][: max(0, len(self.recent) - most)]:
             del self.recent[key]
 
-    def record_missing(self, program: Program, config: Config, evaluations: Evaluations, cases: Sequence[Case]) -> None:
-        """Drive those cases of a search's evaluations again whose decisions are no longer known, as later scenes
+    def record_missing(self, program: Program, config: Config, rollouts: Assessment, cases: Sequence[KeptCase]) -> None:
+        """Drive those cases of a search's rollouts again whose decisions are no longer known, as later scenes
         displaced them. A driver that fails now, or drives differently, is noted.
         """
         for case in cases:
@@ -185,7 +199,7 @@ class Recorder:
                 self.failures.append(error.message)
                 continue
             self.failures.extend(done.remarks)
-            judged = take(evaluations.rollouts, (np.array([case.row]), np.array([case.rollout])))
+            judged = take(rollouts, (np.array([case.row]), np.array([case.rollout])))
             if _is_run(done, judged):
                 self._note(done, 0)
                 self.record_worst([case])

@@ -6,7 +6,8 @@ files of a recording, and `measure` assesses a recording of any driver, with the
 
 from typing import TYPE_CHECKING, Any
 
-from engine.interchange.contract import Export, ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export, ExportOptions
 
 if TYPE_CHECKING:
     from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes

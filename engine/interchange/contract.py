@@ -1,78 +1,9 @@
-"""The interface of all formats: options, exported files with remarks, findings of a check, and the error for a file
-that cannot be read or written, with reason, place and cure.
-"""
+"""The interface of all formats: options, exported files with remarks, and findings of a check."""
 
-from collections.abc import Generator, Iterable, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import islice
-from pathlib import Path
 
-from engine.errors import CortexError, nearest
-
-# -- errors, and how text from other tools is shown --------------------------------------------------------------------
-
-MOST_CHOICES = 12
-MOST_COMPARED = 2000
-"""Maximum number of names with which an unknown name is compared."""
-MOST_LETTERS = 60
-"""Largest length of a quoted text from another tool's file."""
-
-
-class InterchangeError(CortexError):
-    """A file cannot be read, or a format cannot express a case; the error has the reason, the place and the cure."""
-
-    def __init__(self, message: str, cure: str, place: str = "") -> None:
-        super().__init__(message, cure)
-        self.place = place
-        """File, and line or element if known: `case.xosc, line 12`."""
-
-    def __str__(self) -> str:
-        return f"{self.place}: {super().__str__()}" if self.place else super().__str__()
-
-
-def quoted(text: str) -> str:
-    """Return a text from another tool's file in quotes, cut to the length of a message, without control characters."""
-    cut = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
-    return '"' + "".join(letter if letter.isprintable() else "?" for letter in cut) + '"'
-
-
-def cited(name: str) -> str:
-    """Return a name from another tool's file between backquotes, cut and cleaned as `quoted` does."""
-    return f"`{quoted(name)[1:-1]}`"
-
-
-@contextmanager
-def reading(path: Path, wanted: str = "a recording") -> Generator[None]:
-    """Read a file inside this block; errors of the system become an InterchangeError."""
-    try:
-        if not path.is_file():
-            what = "this is not a file" if path.exists() else "there is no such file"
-            raise InterchangeError(what, f"name {wanted}", str(path))
-        yield
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
-
-
-def near_name(word: str, names: Iterable[str]) -> str | None:
-    """Return the name that `word` was probably meant to be, or None; of both only a bounded part is compared."""
-    return nearest(word[:MOST_LETTERS], islice(names, MOST_COMPARED))
-
-
-def name_cure(word: str, names: Iterable[str]) -> str:
-    """Return the cure for an unknown name: the nearest name, or all names; "" if there are none."""
-    choices = list(islice(dict.fromkeys(names), MOST_COMPARED))
-    if near := near_name(word, choices):
-        return f"did you mean `{near}`?"
-    if not choices:
-        return ""
-    rest = " and others" if len(choices) > MOST_CHOICES else ""
-    verb = "is" if len(choices) == 1 else "are"
-    return f"there {verb} " + ", ".join(f"`{name}`" for name in choices[:MOST_CHOICES]) + rest
-
-
-# -- questions and answers ---------------------------------------------------------------------------------------------
+from engine.errors import InterchangeError
 
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 """Versions of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""

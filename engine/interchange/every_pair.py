@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.errors import InterchangeError, cited
 from engine.host import pair_arrays
-from engine.interchange.contract import InterchangeError, cited
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.road_levels import LEVEL
@@ -249,13 +249,13 @@ def _ranked(
 ) -> RankedWindows:
     names = [track.name for track in tracks.tracks]
     apart = rows[:, CONTACT] != OVERLAPPING
-    overlapping = [(names[one], names[other]) for one, other in _pairs(windows[~apart])]
+    overlapping = [(names[int(row[0])], names[int(row[1])]) for row in windows[~apart]]
     windows, rows = windows[apart], rows[apart]
     outcomes = _outcomes(rows)
     risk = assess(outcomes, PROFILES[profile])
     nearest = outcomes.min_distance_time[:, 0]
     order = np.lexsort((nearest, outcomes.min_distance[:, 0], -risk.continuous, -risk.score))
-    kept = _taken(outcomes, order)
+    kept = type(outcomes)(**{name: array[order] for name, array in vars(outcomes).items()})
     return RankedWindows(
         names=names,
         kinds=np.array([int(track.kind) for track in tracks.tracks], dtype=np.int32),
@@ -291,10 +291,6 @@ def _outcomes(rows: Floats) -> Outcomes:
     )
 
 
-def _taken(outcomes: Outcomes, order: Ints) -> Outcomes:
-    return type(outcomes)(**{name: array[order] for name, array in vars(outcomes).items()})
-
-
 def _after_contact(windows: Ints, outcomes: Outcomes, actors: int) -> Bools:
     """Return (windows,) True where an actor of the pair had touched a third actor before the pair was nearest."""
     when: Floats = outcomes.min_distance_time[:, 0]
@@ -312,7 +308,3 @@ def _after_contact(windows: Ints, outcomes: Outcomes, actors: int) -> Bools:
     for actor, partner in (windows[:, :2].T, windows[:, 1::-1].T):
         found |= np.where(whom[actor] == partner, second[actor], first[actor]) < when
     return found
-
-
-def _pairs(windows: Ints) -> list[tuple[int, int]]:
-    return [(int(row[0]), int(row[1])) for row in windows]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.host import MAX_SAMPLES, pair_arrays, plain
-from engine.interchange.contract import InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, Recording, states_at
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.fault import fault_of

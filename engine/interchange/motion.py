@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from engine.interchange.contract import cited
+from engine.errors import cited
 from engine.tables import Bools, Floats, Ints
 
 FASTEST = 150.0

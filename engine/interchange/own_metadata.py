@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedActor, Recording
-from engine.interchange.xml import INFINITE, LARGEST, NUMBER
 from engine.interchange.xml_writing import number
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
+from engine.xml import INFINITE, LARGEST, NUMBER
 
 FILE_PREFIX = "cortexc_"
 """Prefix of the parameters with a file's provenance."""

@@ -1,17 +1,44 @@
-"""Comparison of a file that was read back with the run that it was written from: places, metrics and risk."""
+"""Checks of exported files: their XML, and comparison with the run that they were written from."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from engine.interchange.contract import OURS, Finding, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import OURS, Finding
 from engine.interchange.measuring import measure
 from engine.interchange.recording import RecordedCase, Recording
 from engine.outcomes import PAIRS, Outcomes
 from engine.risk import PROFILES, assess
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import State, Verdict
+
+# -- XML of an export --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Tree:
+    """An XML file of an export, with the places of its elements in words."""
+
+    name: str
+    root: Element
+
+    def find(self, tag: str) -> Element | None:
+        return next(self.root.iter(tag), None)
+
+    def finding(self, element: Element, reason: str, cure: str = "") -> Finding:
+        called = element.get("name") or element.get("id") or ""
+        return Finding(f"{self.name}, {element.tag} {called}".rstrip(), reason, cure)
+
+
+def read_tree(path: Path) -> Tree:
+    """Return a file that was just written, so that it needs no protection against hostile content."""
+    return Tree(path.name, ElementTree.parse(path).getroot())  # noqa: S314
+
 
 NEAR = 1e-3
 """A place that is read back may be so far off [m]; a heading [rad], a speed [m/s]."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.maps import MapSpec
 from engine.outcomes import Outcomes
 from engine.program import Program
@@ -290,9 +290,7 @@ def recorded_run(
     row: int = 0,
     step: float,
     name: str = "",
-    signals: SignalTimes | None = None,
     surroundings: Surroundings | None = None,
-    provenance: Provenance = NO_PROVENANCE,
 ) -> Recording:
     """Return the recording of scene `row` from the world host with a time step [s], through contact to rest."""
     time, states = _with_contact(run, step)
@@ -306,9 +304,7 @@ def recorded_run(
         contact=None if run.touching is None else Contact(float(run.outcomes.end_time[0]), met),
         road=program.road_spec,
         buildings=program.road.buildings,
-        signals=signals,
         surroundings=surroundings,
-        provenance=provenance,
     )
 
 

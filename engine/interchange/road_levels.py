@@ -1,6 +1,6 @@
 """Roads of a recording that pass over one another."""
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.maps import digest_of
 from engine.opendrive.roads import OdrNetwork
 

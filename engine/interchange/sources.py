@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, reading
+from engine.errors import InterchangeError, reading
 from engine.interchange.mcap.read import road_of_mcap
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported

@@ -6,7 +6,7 @@ from decimal import Decimal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 
 NO_CHARACTER = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML cannot contain, even escaped (W3C, "Extensible Markup Language (XML) 1.0", production 2)."""

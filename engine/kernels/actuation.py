@@ -56,33 +56,33 @@ def chassis_of(mass: float, wheelbase: float, rear: float, friction: float) -> C
 
 @deferred()
 def slide(
-    motion: Motion, demand: Demand, vehicle: Vehicle, mass: float, rear: float, memory: Floats, actor: int, time: float
+    motion: Motion, demand: Demand, vehicle: Vehicle, mass: float, rear: float, memory: Floats, time: float
 ) -> Motion:
     """Return the motion of a car with slipping tyres after `time` [s].
 
-    `memory` is `Run.actors`, `rear` the distance from rear axle to centre [m].
+    `memory` is the actor's row of `Run.actors`, `rear` the distance from rear axle to centre [m].
     """
     chassis = chassis_of(mass, vehicle.wheelbase, rear, vehicle.grip / GRAVITY)
-    car = driven(_taken(motion, chassis, memory, actor), demand, vehicle, chassis, time)
-    memory[actor, Memory.DRIFT_SPEED], memory[actor, Memory.DRIFT_ANGLE] = car.speed, car.slip
-    memory[actor, Memory.YAW_RATE] = car.yaw_rate
-    memory[actor, Memory.FRONT_WHEEL], memory[actor, Memory.REAR_WHEEL] = car.front_wheel, car.rear_wheel
+    car = driven(_taken(motion, chassis, memory), demand, vehicle, chassis, time)
+    memory[Memory.DRIFT_SPEED], memory[Memory.DRIFT_ANGLE] = car.speed, car.slip
+    memory[Memory.YAW_RATE] = car.yaw_rate
+    memory[Memory.FRONT_WHEEL], memory[Memory.REAR_WHEEL] = car.front_wheel, car.rear_wheel
     cos, sin = math.cos(car.heading), math.sin(car.heading)
     x, y = car.x - rear * cos, car.y - rear * sin
     return Motion(x, y, car.heading, cos, sin, car.speed * math.cos(car.slip), car.steer)
 
 
 @inlined
-def _taken(motion: Motion, chassis: Chassis, memory: Floats, actor: int) -> Drift:
+def _taken(motion: Motion, chassis: Chassis, memory: Floats) -> Drift:
     """Return the car as the previous step left it; a freely rolling car at first, and after its speed was set."""
-    speed, slip = memory[actor, Memory.DRIFT_SPEED], memory[actor, Memory.DRIFT_ANGLE]
-    front, rear = memory[actor, Memory.FRONT_WHEEL], memory[actor, Memory.REAR_WHEEL]
+    speed, slip = memory[Memory.DRIFT_SPEED], memory[Memory.DRIFT_ANGLE]
+    front, rear = memory[Memory.FRONT_WHEEL], memory[Memory.REAR_WHEEL]
     if motion.speed != speed * math.cos(slip):
         slip = clip(slip, -1.4, 1.4)
         speed = motion.speed / math.cos(slip)
         front = rear = motion.speed / WHEEL_RADIUS
     x, y = motion.x + chassis.rear * motion.cos, motion.y + chassis.rear * motion.sin
-    return Drift(x, y, motion.heading, speed, slip, memory[actor, Memory.YAW_RATE], motion.steer, front, rear)
+    return Drift(x, y, motion.heading, speed, slip, memory[Memory.YAW_RATE], motion.steer, front, rear)
 
 
 @inlined

@@ -55,8 +55,12 @@ MAX_SPLITS = 256
 
 
 class Motion(NamedTuple):
-    """Motion of a pair in a step: displacement of b relative to a [m], both turns [rad], and the bounds that follow."""
+    """Motion of a pair in a step: outlines at the start, displacement of b relative to a [m], both turns [rad], and
+    the bounds that follow.
+    """
 
+    a: Box
+    b: Box
     x: float
     y: float
     turn_a: float
@@ -113,6 +117,8 @@ def relative_motion(a0: Box, a1: Box, b0: Box, b1: Box) -> Motion:
     turn_a, turn_b = shortest_turn(a0.heading, a1.heading), shortest_turn(b0.heading, b1.heading)
     radius_a, radius_b = half_diagonal(a0), half_diagonal(b0)
     return Motion(
+        a0,
+        b0,
         (b1.x - b0.x) - (a1.x - a0.x),
         (b1.y - b0.y) - (a1.y - a0.y),
         turn_a,
@@ -130,10 +136,10 @@ def _moved(box: Box, x: float, y: float, turn: float) -> Frame:
 
 
 @kernel
-def probe(a0: Box, b0: Box, motion: Motion, fraction: float) -> Probe:
+def probe(motion: Motion, fraction: float) -> Probe:
     """Return the pair at a fraction of the step, in axes that move with a's centre."""
-    a = _moved(a0, 0.0, 0.0, fraction * motion.turn_a)
-    b = _moved(b0, fraction * motion.x, fraction * motion.y, fraction * motion.turn_b)
+    a = _moved(motion.a, 0.0, 0.0, fraction * motion.turn_a)
+    b = _moved(motion.b, fraction * motion.x, fraction * motion.y, fraction * motion.turn_b)
     return Probe(fraction, a, b, nearest_points(a, b))
 
 
@@ -146,7 +152,7 @@ def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
     motion = relative_motion(a0, a1, b0, b1)
     fraction = 0.0
     for _ in range(MAX_ADVANCES):
-        nearest = probe(a0, b0, motion, fraction).nearest
+        nearest = probe(motion, fraction).nearest
         if nearest.distance < TOUCH:
             return max(fraction, FRACTION_AT_START)
         rate = max(0.0, -(nearest.x * motion.x + nearest.y * motion.y)) + motion.swing
@@ -171,30 +177,28 @@ def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[fl
     if centers_apart(a0, a1, b0, b1, reach * reach):
         return best, -1.0
     motion = relative_motion(a0, a1, b0, b1)
-    start = probe(a0, b0, motion, 0.0)
+    start = probe(motion, 0.0)
     closing = start.nearest.x * motion.x + start.nearest.y * motion.y
     if start.nearest.distance + min(0.0, closing) - motion.swing >= best:
         return best, -1.0
-    return _search_closest(a0, b0, motion, start, best)
+    return _search_closest(motion, start, best)
 
 
 @kernel
-def _search_closest(a0: Box, b0: Box, motion: Motion, start: Probe, best: float) -> tuple[float, float]:
+def _search_closest(motion: Motion, start: Probe, best: float) -> tuple[float, float]:
     """Search the step, then the neighbourhood of the minimum with a smaller tolerance."""
-    end = probe(a0, b0, motion, 1.0)
+    end = probe(motion, 1.0)
     best, at = _better(end, *_better(start, best, -1.0))
-    best, at = _sweep(a0, b0, motion, start, end, best, at, DISTANCE_TOLERANCE)
+    best, at = _sweep(motion, start, end, best, at, DISTANCE_TOLERANCE)
     if at <= 0.0 or at >= 1.0:
         return best, at
-    start = probe(a0, b0, motion, max(0.0, at - REFINED_WINDOW))
-    end = probe(a0, b0, motion, min(1.0, at + REFINED_WINDOW))
-    return _sweep(a0, b0, motion, start, end, best, at, REFINED_TOLERANCE)
+    start = probe(motion, max(0.0, at - REFINED_WINDOW))
+    end = probe(motion, min(1.0, at + REFINED_WINDOW))
+    return _sweep(motion, start, end, best, at, REFINED_TOLERANCE)
 
 
 @kernel
-def _sweep(
-    a0: Box, b0: Box, motion: Motion, start: Probe, end: Probe, best: float, at: float, tolerance: float
-) -> tuple[float, float]:
+def _sweep(motion: Motion, start: Probe, end: Probe, best: float, at: float, tolerance: float) -> tuple[float, float]:
     """Search an interval: skip a part that cannot contain a distance below `best`, split any other.
 
     Relative translation of convex bodies has a convex distance, so the planes at both ends of an interval bound it
@@ -202,16 +206,16 @@ def _sweep(
     """
     low, high = start, end
     for _ in range(MAX_SPLITS):
-        bound, crossing = _lower_bound(a0, b0, motion, low, high)
+        bound, crossing = _lower_bound(motion, low, high)
         span = high.fraction - low.fraction
         if max(0.0, bound) < best - tolerance:
-            high = probe(a0, b0, motion, low.fraction + crossing * span)
+            high = probe(motion, low.fraction + crossing * span)
         elif high.fraction >= end.fraction:
             break
         elif high.fraction + 3.0 * span >= end.fraction:
             low, high = high, end
         else:
-            low, high = high, probe(a0, b0, motion, high.fraction + 2.0 * span)
+            low, high = high, probe(motion, high.fraction + 2.0 * span)
         best, at = _better(high, best, at)
     return best, at
 
@@ -225,11 +229,11 @@ def _better(seen: Probe, best: float, at: float) -> tuple[float, float]:
 
 
 @kernel
-def _lower_bound(a0: Box, b0: Box, motion: Motion, low: Probe, high: Probe) -> tuple[float, float]:
+def _lower_bound(motion: Motion, low: Probe, high: Probe) -> tuple[float, float]:
     """Return a lower bound of the distance between two instants [m], and its fraction in between (0..1)."""
     square = (high.fraction - low.fraction) ** 2
-    slack_low = square * _bend(a0, b0, motion, low.nearest.owner) / 8.0
-    slack_high = square * _bend(a0, b0, motion, high.nearest.owner) / 8.0
+    slack_low = square * _bend(motion, low.nearest.owner) / 8.0
+    slack_high = square * _bend(motion, high.nearest.owner) / 8.0
     falling_start, falling_end = low.nearest.distance - slack_low, _gap_later(low, high) - slack_low
     rising_start, rising_end = _gap_later(high, low) - slack_high, high.nearest.distance - slack_high
     left, right = falling_start - rising_start, rising_end - falling_end
@@ -242,11 +246,15 @@ def _lower_bound(a0: Box, b0: Box, motion: Motion, low: Probe, high: Probe) -> t
 
 
 @inlined
-def _bend(a0: Box, b0: Box, motion: Motion, owner: int) -> float:
+def _bend(motion: Motion, owner: int) -> float:
     """Return the bound on the second derivative of the gap along a direction fixed to its owner [m per step^2]."""
     turn = _turn_of(motion, owner)
     way = turn * turn * motion.reach + 2.0 * abs(turn) * math.sqrt(motion.x * motion.x + motion.y * motion.y)
-    return way + (motion.turn_a - turn) ** 2 * half_diagonal(a0) + (motion.turn_b - turn) ** 2 * half_diagonal(b0)
+    return (
+        way
+        + (motion.turn_a - turn) ** 2 * half_diagonal(motion.a)
+        + (motion.turn_b - turn) ** 2 * half_diagonal(motion.b)
+    )
 
 
 @inlined

@@ -77,7 +77,7 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
         else:
             variant = pick_variant(code.group_start, code.variant_cumulative, request.group[row], choice)
         draws = Draws(stream, np.uint64(attempt * blocks), first_draw)
-        if _attempt(recipe, request.confinement, variant, variant - start, draws, row, scratch, out):
+        if _attempt(recipe, request, variant, draws, row, scratch, out):
             out.attempts[row] = attempt + 1
             if out.verdict[row] != Verdict.INFEASIBLE:
                 out.variant[row] = variant
@@ -118,14 +118,7 @@ def _option(cumulative: Floats, choice: float) -> int:
 
 @inlined
 def _attempt(
-    recipe: Recipe,
-    confinement: Confinement,
-    variant: int,
-    option: int,
-    draws: Draws,
-    row: int,
-    scratch: Scratch,
-    out: Ledger,
+    recipe: Recipe, request: Request, variant: int, draws: Draws, row: int, scratch: Scratch, out: Ledger
 ) -> bool:
     """Test the file's requirements in order up to the first failure, then the rest; true when the row is settled.
 
@@ -141,9 +134,10 @@ def _attempt(
     if layout.draw_count > 0:
         registers[layout.draws] = draws.first
     known = 1
-    if len(confinement.mass) > 0:
+    if len(request.confinement.mass) > 0:
         known = make_draws(layout, draws, known, layout.draw_count, registers)
-        _confine(layout, confinement, row, option, registers)
+        option = variant - int(code.group_start[request.group[row]])
+        _confine(layout, request.confinement, row, option, registers)
     for requirement in range(layout.requirements):
         if scratch.enforced[requirement] == 0:
             continue

@@ -36,7 +36,7 @@ from engine.kernels.perception import (
     reached,
 )
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested, note_outlines
+from engine.kernels.rows import Requested, Window, note_outlines
 from engine.kernels.run_state import (
     REPLACED,
     RUNNING,
@@ -68,6 +68,16 @@ class Case(NamedTuple):
     values: Floats
     key: Ints
     actions: Floats
+
+
+class DriveMemory(NamedTuple):
+    """Reusable memory of the drives of a case, for up to `LONGEST` after the time limit."""
+
+    run: Run
+    outlines: Floats
+    """(actors, 3)"""
+    path: Floats
+    """(n, PATH_COLUMNS) Path of the ego."""
 
 
 class ReferenceDrive(NamedTuple):
@@ -125,14 +135,9 @@ class Braked(NamedTuple):
 
 
 @kernel
-def resimulate_with_reference(
-    plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver
-) -> ReferenceDrive:
-    """Drive a case as it was, find when its conflict is perceived, and drive it again with the reference driver.
-
-    `run` and `path` (n, PATH_COLUMNS) have room for `LONGEST` after the time limit; `outlines` (actors, 3) is working
-    memory.
-    """
+def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> ReferenceDrive:
+    """Drive a case as it was, find when its conflict is perceived, and drive it again with the reference driver."""
+    run, outlines, path = memory.run, memory.outlines, memory.path
     if not _collides(plan, run, case):
         return ReferenceDrive(NEVER, math.nan, NEVER, NEVER, NEVER, False, NEVER, False, False, False)
     note_outlines(plan, run, outlines)
@@ -165,25 +170,15 @@ def resimulate_with_reference(
 
 @kernel
 def reference_rows(
-    plan: Plan,
-    scenes: Requested,
-    reach: Floats,
-    first: int,
-    last: int,
-    run: Run,
-    outlines: Floats,
-    path: Floats,
-    driver: Driver,
-    out: Floats,
+    plan: Plan, scenes: Requested, reach: Floats, window: Window, memory: DriveMemory, driver: Driver, out: Floats
 ) -> None:
-    """Write the `ReferenceDrive` of each valid scene of rows `first` to `last` - 1 into `out` (n, fields); `reach` as
-    in `avoidability_rows`.
+    """Write the `ReferenceDrive` of each valid scene of a window into `out` (n, fields); `reach` (n,): sight of each
+    ego [m].
     """
-    for row in range(first, last):
+    for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
-            sees = _sees(driver, min(driver.reach, reach[row]))
-            again = resimulate_with_reference(plan, run, case, outlines, path, sees)
+            again = resimulate_with_reference(plan, memory, case, _sees(driver, min(driver.reach, reach[row])))
             out[row, 0], out[row, 1], out[row, 2] = again.contact, again.time, again.fault
             out[row, 3], out[row, 4], out[row, 5] = again.perceived, again.braking, again.avoided
             out[row, 6], out[row, 7], out[row, 8] = again.latest, again.as_hard, again.helpless
@@ -192,27 +187,19 @@ def reference_rows(
 
 @kernel
 def avoidability_rows(
-    plan: Plan,
-    scenes: Requested,
-    reach: Floats,
-    first: int,
-    last: int,
-    run: Run,
-    outlines: Floats,
-    path: Floats,
-    driver: Driver,
-    out: Ints,
+    plan: Plan, scenes: Requested, reach: Floats, window: Window, memory: DriveMemory, driver: Driver, out: Ints
 ) -> None:
-    """Write the `Blame` of each valid scene of rows `first` to `last` - 1; `reach` (n,): sight of each ego [m]."""
-    for row in range(first, last):
+    """Write the `Blame` of each valid scene of a window; `reach` (n,): sight of each ego [m]."""
+    for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
-            out[row] = _blame(plan, run, case, outlines, path, _sees(driver, min(driver.reach, reach[row])))
+            out[row] = _blame(plan, memory, case, _sees(driver, min(driver.reach, reach[row])))
 
 
 @kernel
-def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver) -> int:
+def _blame(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> int:
     """Return the `Blame` of a case, as `resimulate_with_reference` would find it."""
+    run, outlines, path = memory.run, memory.outlines, memory.path
     if not _collides(plan, run, case):
         return NONE
     note_outlines(plan, run, outlines)

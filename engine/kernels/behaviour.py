@@ -76,7 +76,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         op, dst, a, b = int(code[row, 0]), int(code[row, 1]), int(code[row, 2]), int(code[row, 3])
         row += 1
         if op < Op.STATE:
-            evaluate(op, dst, a, b, int(code[row - 1, 4]), registers, plan.pool, plan.road)
+            evaluate(code, row - 1, registers, plan.pool, plan.road)
         elif op == Op.STATE:
             registers[dst] = run.states[_now(run), a, b]
         elif op == Op.TIME:

@@ -39,15 +39,16 @@ def snapshot(
     return Snapshot(
         outline_between(states, k, after, part, 0, outlines),
         outline_between(states, k, after, part, other, outlines),
-        _rate_between(states, samples, k, after, part, time_step, 0, outlines),
-        _rate_between(states, samples, k, after, part, time_step, other, outlines),
+        _rate_between(states, samples, k, part, time_step, 0, outlines),
+        _rate_between(states, samples, k, part, time_step, other, outlines),
     )
 
 
 @inlined
 def _rate_between(
-    states: Floats, samples: int, k: int, after: int, part: float, time_step: float, actor: int, outlines: Floats
+    states: Floats, samples: int, k: int, part: float, time_step: float, actor: int, outlines: Floats
 ) -> Rate:
+    after = min(k + 1, samples - 1)
     start = center_velocity(states, samples, k, time_step, actor, outlines[actor, 2])
     end = center_velocity(states, samples, after, time_step, actor, outlines[actor, 2])
     return Rate(start.x + part * (end.x - start.x), start.y + part * (end.y - start.y))

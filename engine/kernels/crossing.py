@@ -25,7 +25,7 @@ from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
 from engine.kernels.run_state import Memory, Plan, Run, column_of, outline_of
 from engine.kernels.sight import SEEN
 from engine.tables import SLIDING, Floats
-from engine.vocabulary import ActorKind, Column, State
+from engine.vocabulary import SAME_WAY, ActorKind, Column, State
 
 CLEARANCE = 0.2
 """Distance below which outlines count as touching [m]; a choice of cortexc: more than a path follower deviates."""
@@ -65,6 +65,10 @@ class Foresight(NamedTuple):
     """My acceleration towards it [m/s^2]."""
     theirs: float
     """Acceleration of the other that I assume [m/s^2]."""
+    near: float
+    """Distance beyond which I do not react to an area [m]: one that begins farther away may be reported as none."""
+    oncoming: float
+    """The same for an actor that comes towards me [m]."""
 
 
 class Crossing(NamedTuple):
@@ -124,10 +128,11 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     primitives = plan.road.primitives
     if math.hypot(mine.x - theirs.x, mine.y - theirs.y) > 2.0 * REACH:
         return _nothing()
-    enter, leave = _stretch(primitives, mine, theirs)
+    along = math.cos(theirs.heading - _foot_heading(primitives, mine, theirs.x, theirs.y))
+    enter, leave = _stretch(primitives, mine, theirs, look.oncoming if along < -SAME_WAY else look.near)
     if enter == math.inf:
         return _nothing()
-    their_enter, their_leave = _stretch(primitives, theirs, mine)
+    their_enter, their_leave = _stretch(primitives, theirs, mine, math.inf)
     if their_enter == math.inf:
         return _nothing()
     view = View(states[seen, me, State.X], states[seen, me, State.Y], mine.heading, look.angle, look.reach)
@@ -136,7 +141,6 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     arrives, clears = _times(primitives, mine, look.target, look.acceleration, enter, leave)
     soonest, _ = _times(primitives, theirs, math.inf, look.theirs, their_enter, their_enter)
     arrival, clearing = _times(primitives, theirs, theirs.speed, 0.0, their_enter, their_leave)
-    along = math.cos(theirs.heading - _foot_heading(primitives, mine, theirs.x, theirs.y))
     back = 0.0 if enter > 0.0 else _way_back(primitives, mine, theirs)
     return Crossing(enter, leave, arrives, clears, their_enter, their_leave, soonest, arrival, clearing, along, back)
 
@@ -146,7 +150,7 @@ def foresee(plan: Plan, run: Run, sample: int, row: int) -> None:
     """Execute `Op.CROSSING` at a row of step code."""
     code, registers = plan.code, run.registers
     at = registers[int(code[row, 4]) :]
-    look = Foresight(int(at[0]), at[1], at[2], at[3], at[4], at[5], at[6])
+    look = Foresight(int(at[0]), at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
     found = crossing(plan, run, sample, int(code[row, 2]), int(code[row, 3]), look)
     dst = registers[int(code[row, 1]) :]
     dst[0], dst[1], dst[2], dst[3], dst[4] = found.enter, found.leave, found.arrives, found.clears, found.their_enter
@@ -261,13 +265,17 @@ def _apart(primitives: Floats, way: Way, s: float, other: Way) -> float:
 
 
 @kernel
-def _stretch(primitives: Floats, way: Way, other: Way) -> tuple[float, float]:
-    """Return the distances along a way at which its outline enters and leaves the strip ahead of the other [m]."""
+def _stretch(primitives: Floats, way: Way, other: Way, near: float) -> tuple[float, float]:
+    """Return the distances along a way at which its outline enters and leaves the strip ahead of the other [m].
+
+    The search for the entry ends with the first outline that is farther away than `near`. It takes the same steps
+    whatever `near` is, so that an area within it has the same bits.
+    """
     end = min(way.end, way.start + REACH)
     before, s = way.start, way.start
     apart = _apart(primitives, way, s, other)
     while apart >= 0.0:
-        if s >= end:
+        if s >= end or s - way.start > near:
             return math.inf, math.inf
         before, s = s, min(end, s + max(0.5 * INSIDE_STEP, 0.7 * apart))
         apart = _apart(primitives, way, s, other)

@@ -1,4 +1,4 @@
-"""Queries and decisions of parallel runs, slot by slot; `engine.driving.decision_pages` owns the memory."""
+"""Queries and decisions of parallel runs, slot by slot; `engine.driving.stepping` owns the memory."""
 
 from typing import NamedTuple
 

@@ -25,7 +25,7 @@ from engine.kernels.region import (
     region_distance,
     region_sample,
 )
-from engine.kernels.sight import SEEN, look
+from engine.kernels.sight import SEEN, Shades, look
 from engine.kernels.switch import Scalar, switch
 from engine.opcodes import Op
 from engine.operators import OPERATORS
@@ -46,8 +46,9 @@ scalar = switch(SCALARS, {op: row.arity for op, row in OPERATORS.items()})
 
 
 @inlined
-def evaluate(op: int, dst: int, a: int, b: int, c: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
-    """Execute one instruction with `op` < 60 on the registers. Inlined into its caller: call it in one place."""
+def evaluate(code: Ints, row: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
+    """Execute one row of code with `op` < 60 on the registers. Inlined into its caller: call it in one place."""
+    op, dst, a, b, c = code[row, 0], code[row, 1], code[row, 2], code[row, 3], code[row, 4]
     if op >= Op.PATH_POSE:
         _geometry(op, dst, a, b, c, registers, road)
         return
@@ -69,10 +70,9 @@ def run_segment(code: Ints, start: int, end: int, registers: Floats, pool: Float
 def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
     """Execute rows as `run_segment` does, for hot loops: copied into its caller."""
     for row in range(start, end):
-        op = code[row, 0]
-        if op == Op.END:
+        if code[row, 0] == Op.END:
             return
-        evaluate(op, code[row, 1], code[row, 2], code[row, 3], code[row, 4], registers, pool, road)
+        evaluate(code, row, registers, pool, road)
 
 
 @kernel
@@ -150,9 +150,7 @@ def outline_instruction(op: int, dst: int, a: int, b: int, registers: Floats, ro
     elif op == Op.REGION_BOX_DISTANCE:
         registers[dst] = region_box_distance(road, int(registers[a]), _box(registers, b))
     else:
-        box = _box(registers, b)
-        inside = region_contains_box(road, int(registers[a]), box.x, box.y, box.heading, box.length, box.width)
-        registers[dst] = 1.0 if inside else 0.0
+        registers[dst] = 1.0 if region_contains_box(road, int(registers[a]), _box(registers, b)) else 0.0
 
 
 @deferred()
@@ -162,8 +160,8 @@ def sight_instruction(dst: int, a: int, b: int, c: int, registers: Floats, road:
         registers[dst] = math.nan
         return
     view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
-    viewer, count = int(registers[a + 5]), int(registers[c])
-    verdict = look(view, _box(registers, b), registers, c + 1, count, road.buildings, viewer, -1)
+    shades = Shades(registers, c + 1, int(registers[c]), int(registers[a + 5]), -1)
+    verdict = look(view, _box(registers, b), shades, road.buildings)
     registers[dst] = 1.0 if verdict == SEEN else 0.0
 
 

@@ -7,14 +7,14 @@ there. The first contact decides.
 """
 
 from engine.kernels.approach import first_contact
-from engine.kernels.avoidance import LONGEST, Case, in_its_car, pressed, put
+from engine.kernels.avoidance import LONGEST, Case, DriveMemory, in_its_car, pressed, put
 from engine.kernels.fault import STANDING
 from engine.kernels.geometry import outline_at
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import REAR, side_of
 from engine.kernels.perception import COURSE, Driver, first_sample, lay_path, pose_at, reached
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested, note_outlines
+from engine.kernels.rows import Requested, Window, note_outlines
 from engine.kernels.run_state import REPLACED, RUNNING, Memory, Plan, Run, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import State, Verdict
@@ -24,26 +24,17 @@ NOBODY, BEHIND, IN_THE_WAY = range(3)
 
 
 @kernel
-def fair_rows(
-    plan: Plan,
-    scenes: Requested,
-    first: int,
-    last: int,
-    run: Run,
-    outlines: Floats,
-    path: Floats,
-    driver: Driver,
-    out: Ints,
-) -> None:
-    """Write 1 for each valid scene from row `first` to `last` (exclusive) that is a fair start, else 0."""
-    for row in range(first, last):
+def fair_rows(plan: Plan, scenes: Requested, window: Window, memory: DriveMemory, driver: Driver, out: Ints) -> None:
+    """Write 1 for each valid scene of a window that is a fair start, else 0."""
+    for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
-            out[row] = 1 if _is_fair(plan, run, case, outlines, path, driver) else 0
+            out[row] = 1 if _is_fair(plan, memory, case, driver) else 0
 
 
 @kernel
-def _is_fair(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver) -> bool:
+def _is_fair(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> bool:
+    run, outlines, path = memory.run, memory.outlines, memory.path
     begin(plan, run, case.variant, case.values, case.key, case.actions)
     if run.states[0, 0, State.PRESENT] == 0.0:
         return True

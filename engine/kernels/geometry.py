@@ -116,8 +116,8 @@ def nearest_points(a: Frame, b: Frame) -> Nearest:
         and abs(ay) <= b.half_width + a.half_length * s + a.half_width * c
     ):
         return Nearest(0.0, 0.0, 0.0, CORNERS)
-    square_b, b_x, b_y = _nearest_corner(a.half_length, a.half_width, bx, by, cos, sin, b.half_length, b.half_width)
-    square_a, a_x, a_y = _nearest_corner(b.half_length, b.half_width, ax, ay, cos, -sin, a.half_length, a.half_width)
+    square_b, b_x, b_y = _nearest_corner(a, Frame(bx, by, cos, sin, b.half_length, b.half_width))
+    square_a, a_x, a_y = _nearest_corner(b, Frame(ax, ay, cos, -sin, a.half_length, a.half_width))
     if square_b <= square_a:
         return _in_world(square_b, b_x, b_y, a.cos, a.sin, SIDE_OF_A)
     return _in_world(square_a, -a_x, -a_y, b.cos, b.sin, SIDE_OF_B)
@@ -134,19 +134,15 @@ def _in_world(square: float, x: float, y: float, cos: float, sin: float, owner: 
 
 
 @inlined
-def _nearest_corner(
-    half_length: float, half_width: float, x: float, y: float, cos: float, sin: float, length: float, width: float
-) -> tuple[float, float, float]:
-    """Return the squared distance and the offset from a box at the origin to the nearest corner of another.
-
-    The other has its centre at (x, y), is turned by (cos, sin) and has half sizes `length` and `width`.
-    """
-    lx, ly, wx, wy = length * cos, length * sin, -width * sin, width * cos
+def _nearest_corner(box: Frame, other: Frame) -> tuple[float, float, float]:
+    """Return the squared distance and the offset from a box to the nearest corner of another, given in its axes."""
+    lx, ly = other.half_length * other.cos, other.half_length * other.sin
+    wx, wy = -other.half_width * other.sin, other.half_width * other.cos
     best, best_x, best_y = math.inf, 0.0, 0.0
     for along, across in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        corner_x, corner_y = x + along * lx + across * wx, y + along * ly + across * wy
-        off_x = corner_x - min(half_length, max(-half_length, corner_x))
-        off_y = corner_y - min(half_width, max(-half_width, corner_y))
+        corner_x, corner_y = other.x + along * lx + across * wx, other.y + along * ly + across * wy
+        off_x = corner_x - min(box.half_length, max(-box.half_length, corner_x))
+        off_y = corner_y - min(box.half_width, max(-box.half_width, corner_y))
         square = off_x * off_x + off_y * off_y
         if square < best:
             best, best_x, best_y = square, off_x, off_y

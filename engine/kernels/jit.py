@@ -16,11 +16,12 @@ are untested (not in `KNOWN`), functions are inlined and cached by numba's publi
 once for each installation, with the same results. Only the type of handles and the switch are needed with any version.
 """
 
+import ast
 import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -30,9 +31,65 @@ from typing import Any, TypeVar, cast
 import llvmlite  # pyright: ignore[reportMissingTypeStubs]  # only its version is asked for
 import numba
 
-from engine.kernels.cache_key import KERNELS, syntax_digest, text_digest
 from engine.kernels.packaged import FOLDER, PackagedKernels, packaged_kernels, processor
 from engine.user_cache import cache_roots, is_ours, is_writable, remove_old
+
+# -- sources of a kernel -----------------------------------------------------------------------------------------------
+
+KERNELS = Path(__file__).parent
+KERNEL_INPUTS = (
+    "handles.py",
+    "judged.py",
+    "opcodes.py",
+    "operators/__init__.py",
+    "outcomes.py",
+    "tables.py",
+    "vocabulary.py",
+)
+"""Modules of `engine` that kernels read: names, columns and enum values are constants of the machine code."""
+
+
+def text_digest(kernels: Path = KERNELS) -> str:
+    """Return the digest of all bytes of the sources; it costs 2 ms, `syntax_digest` 0.3 s."""
+    return _digest((name, path.read_bytes()) for name, path in _sources(kernels))
+
+
+def syntax_digest(kernels: Path = KERNELS) -> str:
+    """Return the digest of the sources' meaning: no comment, docstring, line number or layout changes it."""
+    trees = ((name, _described(ast.parse(path.read_bytes()))) for name, path in _sources(kernels))
+    return _digest((name, repr(tree).encode()) for name, tree in trees)
+
+
+def _sources(kernels: Path) -> Iterator[tuple[str, Path]]:
+    for path in (*sorted(kernels.rglob("*.py")), *(kernels.parent / name for name in KERNEL_INPUTS)):
+        yield path.relative_to(kernels.parent).as_posix(), path
+
+
+def _digest(parts: Iterable[tuple[str, bytes]]) -> str:
+    digest = hashlib.sha256()
+    for name, content in parts:
+        digest.update(f"{name} {hashlib.sha256(content).hexdigest()}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+def _described(value: object) -> object:
+    """Return a syntax tree as tuples. Empty fields are left out, so that all versions of Python give the same.
+
+    A statement that consists of a string, such as a docstring, has no effect and is left out too.
+    """
+    match value:
+        case ast.AST():
+            fields = ((name, each) for name, each in ast.iter_fields(value) if each is not None and each != [])
+            return (type(value).__name__, *((name, _described(each)) for name, each in fields))
+        case list():
+            return tuple(_described(each) for each in cast("list[object]", value) if not _is_note(each))
+        case _:
+            return value
+
+
+def _is_note(value: object) -> bool:
+    return isinstance(value, ast.Expr) and isinstance(value.value, ast.Constant) and isinstance(value.value.value, str)
+
 
 if not cast("Any", numba).config.DISABLE_JIT:
     from engine.kernels import handle_types
@@ -81,8 +138,8 @@ def shared(function: Function) -> Function:
 
 def deferred(allocates: bool = False) -> Callable[[Function], Function]:
     """Compile like `@shared`, once a program needs it: `engine.host.plan` calls `need`."""
-    options = {} if allocates else {"_nrt": False}
-    return lambda function: _shared(function, options, deferred=True)
+    # An option that is left out is that of the function whose compilation compiles this one.
+    return lambda function: _shared(function, {"_nrt": allocates}, deferred=True)
 
 
 def need(*functions: Callable[..., Any]) -> None:

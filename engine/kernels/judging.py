@@ -10,12 +10,12 @@ A number that is NaN breaks the run: it is an error, and never a result.
 
 import math
 
+from engine.judged import NAMED_RESULTS
 from engine.kernels.conflict import post_encroachment_time, relative_speed, snapshot
 from engine.kernels.evaluate import run_segment
 from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.run_state import Plan, Run, Status, column_of
 from engine.kernels.temporal import MARGIN, TRUTH, work_out
-from engine.named_results import NAMED_RESULTS
 from engine.outcomes import PAIRS
 from engine.tables import Floats, Segment
 from engine.vocabulary import Column, Reducer, State

@@ -93,20 +93,21 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
         memory[actor, Memory.STEER] = 0.0  # a turn is made once, an angle of wheels stays
     elif plan.slides[actor] != 0:
         mass, rear = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.REAR_TO_CENTER)
-        after = slide(motion, demand, vehicle, mass, rear, memory, actor, plan.layout.time_step)
+        after = slide(motion, demand, vehicle, mass, rear, memory[actor], plan.layout.time_step)
     else:
         after = drive(motion, demand, vehicle, plan.layout.time_step)
     memory[actor, Memory.REAR_X], memory[actor, Memory.REAR_Y] = after.x, after.y
     memory[actor, Memory.COS], memory[actor, Memory.SIN] = after.cos, after.sin
-    _record(plan, run, sample, actor, after, faces, speed, pushed)
+    _record(plan, run, sample, actor, after, faces, speed)
+    run.states[sample + 1, actor, State.THROTTLE] = pushed.throttle
+    run.states[sample + 1, actor, State.BRAKE] = pushed.brake
 
 
 @inlined
-def _record(
-    plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float, pushed: PedalResult
-) -> None:
-    """Write the sample after `before`, at which the speed was `speed`; `faces` -1 reverts the sign of a reversed
-    motion.
+def _record(plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float) -> None:
+    """Write the motion of the sample after `before`, at which the speed was `speed`.
+
+    `faces` -1 reverts the sign of a reversed motion.
     """
     states, sample = run.states, before + 1
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
@@ -116,8 +117,6 @@ def _record(
     states[sample, actor, State.SPEED] = faces * after.speed + 0.0  # never -0.0
     states[sample, actor, State.STEER] = faces * after.steer + 0.0
     states[sample, actor, State.ACCELERATION] = (faces * after.speed - speed) / plan.layout.time_step
-    states[sample, actor, State.THROTTLE] = pushed.throttle
-    states[sample, actor, State.BRAKE] = pushed.brake
     states[sample, actor, State.PRESENT] = 1.0
 
 

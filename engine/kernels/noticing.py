@@ -13,7 +13,7 @@ from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined
 from engine.kernels.pair import ROWS, center_velocity
 from engine.kernels.run_state import Plan, Run, Status, column_of, outline_of
-from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, in_reach, look
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, Shades, in_reach, look
 from engine.tables import SHADE, Floats
 from engine.vocabulary import Column, State
 
@@ -74,7 +74,7 @@ def visibility_past(plan: Plan, run: Run, sample: int, view: View, target: Box, 
         count = 0
     elif run.status[Status.SHADED] != sample:
         _cast_shades(plan, run, sample)
-    return look(view, target, run.shades, 0, count, plan.road.buildings, viewer, looked_at)
+    return look(view, target, Shades(run.shades, 0, count, viewer, looked_at), plan.road.buildings)
 
 
 @inlined

@@ -194,10 +194,8 @@ def _outline(values: Floats, actor: int) -> Box:
 def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
     """Return True if the outlines of all actors that must be on the road are inside it."""
     for actor in range(len(checked)):
-        if checked[actor] != 0:
-            box = _outline(values, actor)
-            if not region_contains_box(road, ROAD_REGION, box.x, box.y, box.heading, box.length, box.width):
-                return False
+        if checked[actor] != 0 and not region_contains_box(road, ROAD_REGION, _outline(values, actor)):
+            return False
     return True
 
 

@@ -9,7 +9,7 @@ Functions called in inner loops are copied into their callers: passing an array 
 import math
 from typing import NamedTuple
 
-from engine.kernels.geometry import Box
+from engine.kernels.geometry import Box, Frame, frame
 from engine.kernels.jit import inlined, kernel
 from engine.tables import ROAD_REGION, Floats, Ints, RoadTables
 
@@ -53,22 +53,18 @@ def region_distance(road: RoadTables, region: int, x: float, y: float) -> float:
 
 
 @inlined
-def region_contains_box(
-    road: RoadTables, region: int, x: float, y: float, heading: float, length: float, width: float
-) -> bool:
-    """Return True if the whole outline (centre x, y) is in the region."""
-    cos, sin = math.cos(heading), math.sin(heading)
-    reach_x = 0.5 * (length * abs(cos) + width * abs(sin))
-    reach_y = 0.5 * (length * abs(sin) + width * abs(cos))
-    if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, reach_x, reach_y):
+def region_contains_box(road: RoadTables, region: int, box: Box) -> bool:
+    """Return True if the whole outline is in the region."""
+    it = frame(box)
+    reach_x = 0.5 * (box.length * abs(it.cos) + box.width * abs(it.sin))
+    reach_y = 0.5 * (box.length * abs(it.sin) + box.width * abs(it.cos))
+    if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], it.x, it.y, reach_x, reach_y):
         return True
     if region == ROAD_REGION and len(road.cell_start) > 1:
-        edges, starts, frame = road.cell_edges, road.cell_start, road.cell_frame
-        inside = _contains_in_cell(edges, starts, road.cell_points, frame, x, y)
-        a, b = 0.5 * length, 0.5 * width
-        return inside and not _is_entered_in_cells(edges, starts, frame, x, y, cos, sin, a, b, reach_x, reach_y)
-    start, end = road.region_start[region], road.region_start[region + 1]
-    return _contains_box(road.edges, start, end, x, y, cos, sin, 0.5 * length, 0.5 * width)
+        edges, starts, cells = road.cell_edges, road.cell_start, road.cell_frame
+        inside = _contains_in_cell(edges, starts, road.cell_points, cells, it.x, it.y)
+        return inside and not _is_entered_in_cells(edges, starts, cells, it, reach_x, reach_y)
+    return _contains_box(road.edges, road.region_start[region], road.region_start[region + 1], it)
 
 
 @inlined
@@ -93,7 +89,7 @@ def region_box_depth(road: RoadTables, region: int, box: Box) -> float:
     corners outside [m]; 0 if an edge leaves the region between two corners that are inside.
     """
     edges, start, end = road.edges, road.region_start[region], road.region_start[region + 1]
-    if region_contains_box(road, region, box.x, box.y, box.heading, box.length, box.width):
+    if region_contains_box(road, region, box):
         return _edges_off_box(edges, start, end, box)
     cos, sin, a, b = math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width
     farthest = 0.0
@@ -185,50 +181,34 @@ def _held(place: float, count: float) -> int:
 
 
 @kernel
-def _is_entered_in_cells(
-    edges: Floats,
-    start: Ints,
-    frame: Floats,
-    x: float,
-    y: float,
-    cos: float,
-    sin: float,
-    a: float,
-    b: float,
-    reach_x: float,
-    reach_y: float,
-) -> bool:
+def _is_entered_in_cells(edges: Floats, start: Ints, cells: Floats, box: Frame, reach_x: float, reach_y: float) -> bool:
     """Return the result of `_is_entered`, from the edges of the cells that the box overlaps."""
-    size, columns, rows = frame[SIZE], frame[COLUMNS], frame[ROWS]
-    west, east = x - reach_x - frame[WEST], x + reach_x - frame[WEST]
-    south, north = y - reach_y - frame[SOUTH], y + reach_y - frame[SOUTH]
+    size, columns, rows = cells[SIZE], cells[COLUMNS], cells[ROWS]
+    west, east = box.x - reach_x - cells[WEST], box.x + reach_x - cells[WEST]
+    south, north = box.y - reach_y - cells[SOUTH], box.y + reach_y - cells[SOUTH]
     for row in range(_held(south / size, rows), _held(north / size, rows) + 1):
         for column in range(_held(west / size, columns), _held(east / size, columns) + 1):
             cell = row * int(columns) + column
-            if _is_entered(edges, start[cell], start[cell + 1], x, y, cos, sin, a, b):
+            if _is_entered(edges, start[cell], start[cell + 1], box):
                 return True
     return False
 
 
 @kernel
-def _contains_box(
-    edges: Floats, start: int, end: int, x: float, y: float, cos: float, sin: float, a: float, b: float
-) -> bool:
-    """Return True if the centre is inside and no boundary edge enters the box of half sizes `a` and `b`."""
-    return not _is_entered(edges, start, end, x, y, cos, sin, a, b) and _contains(edges, start, end, x, y)
+def _contains_box(edges: Floats, start: int, end: int, box: Frame) -> bool:
+    """Return True if the centre is inside and no boundary edge enters the box."""
+    return not _is_entered(edges, start, end, box) and _contains(edges, start, end, box.x, box.y)
 
 
 @kernel
-def _is_entered(
-    edges: Floats, start: int, end: int, x: float, y: float, cos: float, sin: float, a: float, b: float
-) -> bool:
+def _is_entered(edges: Floats, start: int, end: int, box: Frame) -> bool:
     """Return True if an edge has a point inside the box."""
     for i in range(start, end):
-        dx1, dy1 = edges[i, X1] - x, edges[i, Y1] - y
-        dx2, dy2 = edges[i, X2] - x, edges[i, Y2] - y
-        x1, y1 = dx1 * cos + dy1 * sin, dy1 * cos - dx1 * sin
-        x2, y2 = dx2 * cos + dy2 * sin, dy2 * cos - dx2 * sin
-        if _segment_enters(x1, y1, x2, y2, a, b):
+        dx1, dy1 = edges[i, X1] - box.x, edges[i, Y1] - box.y
+        dx2, dy2 = edges[i, X2] - box.x, edges[i, Y2] - box.y
+        x1, y1 = dx1 * box.cos + dy1 * box.sin, dy1 * box.cos - dx1 * box.sin
+        x2, y2 = dx2 * box.cos + dy2 * box.sin, dy2 * box.cos - dx2 * box.sin
+        if _segment_enters(x1, y1, x2, y2, box.half_length, box.half_width):
             return True
     return False
 

@@ -37,6 +37,13 @@ class Requested(NamedTuple):
     """(n, turns, numbers)"""
 
 
+class Window(NamedTuple):
+    """Rows `first` to `last` (exclusive) of the scenes."""
+
+    first: int
+    last: int
+
+
 if TYPE_CHECKING:
 
     class Results(Any):
@@ -55,14 +62,12 @@ else:
 
 
 @kernel
-def simulate_rows(
-    plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results
-) -> None:
-    """Run the valid scenes of rows `first` to `last` (exclusive) to their ends, each in the memory of `run`.
+def simulate_rows(plan: Plan, scenes: Requested, window: Window, run: Run, outlines: Floats, out: Results) -> None:
+    """Run the valid scenes of a window to their ends, each in the memory of `run`.
 
     `outlines` (actors, 3) is working memory.
     """
-    for row in range(first, last):
+    for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             run_scene(plan, scenes, row, run)
             if note_end(run, row, out):
@@ -70,9 +75,9 @@ def simulate_rows(
 
 
 @kernel
-def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results) -> None:
+def judge_rows(plan: Plan, scenes: Requested, window: Window, run: Run, outlines: Floats, out: Results) -> None:
     """Run the same for a program with objectives: their code is compiled only for programs that have some."""
-    for row in range(first, last):
+    for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             run_scene(plan, scenes, row, run)
             if note_end(run, row, out):
@@ -102,22 +107,21 @@ def start_slots(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
 # -- runs with the gaps that an objective needs: PET of each pair ------------------------------------------------------
 
 
+class Gaps(NamedTuple):
+    """PET by area of the ego and each other actor, as by `encroachment_gap`."""
+
+    sweep: Swept
+    """Working memory."""
+    seconds: Floats
+    """(n, others) Result [s]; NaN for an actor never present with the ego."""
+
+
 @kernel
 def gap_rows(
-    plan: Plan,
-    scenes: Requested,
-    first: int,
-    last: int,
-    run: Run,
-    outlines: Floats,
-    sweep: Swept,
-    out: Results,
-    gaps: Floats,
+    plan: Plan, scenes: Requested, window: Window, run: Run, outlines: Floats, gaps: Gaps, out: Results
 ) -> None:
-    """Run the valid scenes of rows `first` to `last` (exclusive) as `simulate_rows` does; write PET by area [s] of the
-    ego and each other, as by `encroachment_gap`, into `gaps` (n, others): NaN for an actor never present with the ego.
-    """
-    for row in range(first, last):
+    """Run the valid scenes of a window as `simulate_rows` does, and write the gaps of each."""
+    for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             run_scene(plan, scenes, row, run)
             if note_end(run, row, out):
@@ -125,7 +129,9 @@ def gap_rows(
             note_outlines(plan, run, outlines)
             samples = int(run.status[Status.SAMPLE]) + (0 if run.status[Status.CONTACT_ONE] >= 0 else 1)
             for other in range(1, len(plan.kinds)):
-                gaps[row, other - 1] = _gap(run.states[:samples], other, outlines, sweep) * plan.layout.time_step
+                gaps.seconds[row, other - 1] = (
+                    _gap(run.states[:samples], other, outlines, gaps.sweep) * plan.layout.time_step
+                )
 
 
 @inlined

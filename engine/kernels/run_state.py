@@ -86,7 +86,7 @@ class Plan(NamedTuple):
     objective_segment: Ints
     """(templates, objectives, 3) `ObjectiveTables.segment`"""
     readings: Ints
-    """(readings, 2) `Reducer`, and a rule, or for RESULT a row of `engine.named_results`."""
+    """(readings, 2) `Reducer`, and a rule, or for RESULT a row of `engine.judged`."""
     monitors: Ints
     """(templates, monitors) `CodeTables.monitor_entry`."""
     monitor_blocks: Ints

@@ -56,15 +56,26 @@ class Sight(NamedTuple):
     second: Cone
 
 
+class Shades(NamedTuple):
+    """Outlines of actors that may hide a target."""
+
+    outlines: Floats
+    """Outlines of `SHADE` numbers each."""
+    start: int
+    """Index of the first number of the first outline."""
+    number: int
+    """Number of the outlines."""
+    viewer: int
+    """Number of the viewer among the outlines, which is left out; -1: not among them."""
+    looked_at: int
+    """The same of the target."""
+
+
 @shared
-def look(
-    view: View, target: Box, shades: Floats, start: int, count: int, buildings: Floats, viewer: int, looked_at: int
-) -> int:
+def look(view: View, target: Box, shades: Shades, buildings: Floats) -> int:
     """Return the visibility of an outline: `OUTSIDE`, `HIDDEN` or `SEEN`.
 
-    `shades` holds `count` outlines of `SHADE` numbers each from index `start` on; `viewer` and `looked_at` are the
-    numbers of viewer and target among them, which are left out (-1: not among them). `buildings` (n, 5) hide, too. A
-    target of no size is a place.
+    `buildings` (n, 5) hide like the outlines of `shades`. A target of no size is a place.
     """
     if not in_reach(view, target):
         return OUTSIDE
@@ -72,9 +83,9 @@ def look(
     sight = _sight(view, box)
     if sight.verdict != HIDDEN:
         return sight.verdict
-    if not _is_covered(view, box, sight.first, shades, start, count, buildings, viewer, looked_at):
+    if not _is_covered(view, box, sight.first, shades, buildings):
         return SEEN
-    if sight.pieces == 1 or _is_covered(view, box, sight.second, shades, start, count, buildings, viewer, looked_at):
+    if sight.pieces == 1 or _is_covered(view, box, sight.second, shades, buildings):
         return HIDDEN
     return SEEN
 
@@ -260,18 +271,9 @@ def _holds(cone: Cone, x: float, y: float, slack: float) -> bool:
 
 
 @kernel
-def _is_covered(
-    view: View,
-    target: Frame,
-    piece: Cone,
-    shades: Floats,
-    start: int,
-    count: int,
-    buildings: Floats,
-    viewer: int,
-    looked_at: int,
-) -> bool:
+def _is_covered(view: View, target: Frame, piece: Cone, shades: Shades, buildings: Floats) -> bool:
     """Return True if outlines that hide the target cover a piece of its directions."""
+    outlines, count = shades.outlines, shades.number
     number_of_all = count + len(buildings)
     if number_of_all == 0:
         return False
@@ -286,10 +288,11 @@ def _is_covered(
             if number >= count:
                 box = building(buildings, number - count)
             else:
-                at = start + number * SHADE
-                if number == viewer or number == looked_at or shades[at + 5] == 0.0:  # noqa: SIM109 - numba
+                at = shades.start + number * SHADE
+                left_out = number == shades.viewer or number == shades.looked_at
+                if left_out or outlines[at + 5] == 0.0:
                     continue
-                box = Box(shades[at], shades[at + 1], shades[at + 2], shades[at + 3], shades[at + 4])
+                box = Box(outlines[at], outlines[at + 1], outlines[at + 2], outlines[at + 3], outlines[at + 4])
             off_x, off_y = box.x - view.x, box.y - view.y
             aside, along = abs(_cross(way_x, way_y, off_x, off_y)), way_x * off_x + way_y * off_y
             reach = 0.5 * (box.length + box.width)

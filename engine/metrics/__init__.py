@@ -1,8 +1,8 @@
 """Metrics of one run in addition to its risk: the table of metrics, their values by name, and `record`s."""
 
 from engine.metrics.bodies import Body, bodies_of, outlines_of
+from engine.metrics.encounters import scored_samples, span_together, time_step
 from engine.metrics.measures import Metric, Recorded, measure_impacts, measure_trajectory, recorded
-from engine.metrics.spans import scored_samples, span_together, time_step
 
 __all__ = [
     "Body",

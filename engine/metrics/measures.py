@@ -9,10 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from engine.metrics.bodies import Body, usual_body
-from engine.metrics.driving import OF_ACTORS
-from engine.metrics.encounters import Encounter
-from engine.metrics.spans import span_of, time_step
-from engine.metrics.table import OF_PAIRS
+from engine.metrics.encounters import Encounter, span_of, time_step
+from engine.metrics.table import OF_ACTORS, OF_PAIRS
 from engine.outcomes import PAIRS, Outcomes
 from engine.program import Program
 from engine.scenes import Trajectory
@@ -20,7 +18,7 @@ from engine.tables import A_BUILDING, Floats
 from engine.vocabulary import ActorKind
 
 if TYPE_CHECKING:
-    from engine.world.impacts import Impact
+    from engine.scenes import Impact
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.xml import LARGEST, Node
+from engine.xml import LARGEST, Node
 
 MOST_TURNING = 1000.0
 """Largest turn of one piece of a road [rad]; it also bounds the work for one point."""

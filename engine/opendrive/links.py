@@ -6,7 +6,7 @@ Source: ASAM OpenDRIVE 1.8.0, sections 10.3 (road linkage), 11.6 (lane linkage) 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from engine.interchange.xml import Node
+from engine.xml import Node
 
 COMMON, DIRECT = "default", "direct"
 """Types of junctions with joined roads. `virtual` junctions leave the main road uncut; `crossing` junctions join

@@ -2,19 +2,20 @@
 
 Heights and superelevation are only used for the note about roads that pass over each other. Of the objects near roads
 (chapter 13) only rectangular buildings are read: they are walls of recordings.
+
+Sections with `singleSide="true"` (11.4) apply to one side of the road, up to the next section that applies to that
+side: they are converted to sections of the whole road.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, quoted
-from engine.interchange.unread import unread
-from engine.interchange.xml import LIMITS, Limits, Node, read_xml
-from engine.opendrive.buildings import building_row, on_buildings, road_buildings
+from engine.errors import InterchangeError, quoted
 from engine.opendrive.curves import Piece, read_piece
 from engine.opendrive.links import (
     COMMON,
@@ -24,11 +25,56 @@ from engine.opendrive.links import (
     lane_end,
     road_end,
 )
-from engine.opendrive.roads import BEYOND, Cubic, OdrLane, OdrNetwork, OdrRoad, OdrSection
-from engine.opendrive.sides import whole_sections
-from engine.opendrive.signals import Signals, counting, road_signals, signal_remarks
-from engine.opendrive.speeds import lane_speeds, road_speeds
+from engine.opendrive.near_roads import (
+    Signals,
+    building_row,
+    counting,
+    on_buildings,
+    road_buildings,
+    road_signals,
+    signal_remarks,
+)
+from engine.opendrive.roads import BEYOND, Cubic, OdrLane, OdrNetwork, OdrRoad, OdrSection, lane_speeds, road_speeds
 from engine.tables import Floats
+from engine.unread import unread
+from engine.xml import LIMITS, Limits, Node, read_xml
+
+# -- sections for one side of a road -----------------------------------------------------------------------------------
+
+LEFT, RIGHT = 1, -1
+
+
+def whole_sections(sections: Sequence[OdrSection], single: Sequence[OdrSection]) -> list[OdrSection]:
+    """Return sections, cut at each beginning of either side; `single` are those that apply to one side only."""
+    ordered = sorted([*sections, *single], key=lambda each: each.start)
+    if not single:
+        return ordered
+    starts = list(dict.fromkeys(each.start for each in ordered))
+    of_side = {
+        side: [each for each in ordered if each in sections or any(side * lane > 0 for lane in each.lanes)]
+        for side in (LEFT, RIGHT)
+    }
+    center = dict((0, each.lanes[0]) for each in ordered if 0 in each.lanes)  # noqa: C402 - the last one
+    return [
+        OdrSection(start, center | {k: v for side in of_side for k, v in _cut(of_side[side], side, start, end)})
+        for start, end in pairwise([*starts, None])
+        if start is not None
+    ]
+
+
+def _cut(sections: Sequence[OdrSection], side: int, start: float, end: float | None) -> Iterator[tuple[int, OdrLane]]:
+    """Yield the lanes of one side between two cuts; lanes that continue across a cut keep their numbers."""
+    begun = [each for each in sections if each.start <= start]
+    if not begun:
+        return
+    here = begun[-1]
+    is_last = end is None or any(each.start == end for each in sections)
+    lanes: Mapping[int, OdrLane] = here.lanes
+    for number, lane in lanes.items():
+        if side * number > 0:
+            before = lane.predecessor if here.start == start else number
+            yield number, replace(lane, predecessor=before, successor=lane.successor if is_last else number)
+
 
 MOST_LANES = 100
 """Maximum number of lanes of one section, both sides together."""

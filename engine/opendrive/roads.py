@@ -2,25 +2,73 @@
 
 Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes). Positions are in the horizontal plane.
 Headings on a lane are those of its traffic: lanes right of the reference line run along it, lanes left of it against
-it, and in reverse if the road's `rule` is left hand traffic.
+it, and in reverse if the road's `rule` is left hand traffic. Speed limits: sections 10.4 (road type), 11.8.6 (lanes).
 """
 
 import bisect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, name_cure
-from engine.interchange.unread import Kind, not_read
+from engine.errors import InterchangeError, name_cure
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.links import OdrConnection, OdrEnd
-from engine.opendrive.signals import OdrSignal
-from engine.opendrive.speeds import SpeedFrom
+from engine.opendrive.near_roads import OdrSignal
 from engine.tables import Floats
+from engine.unread import Kind, not_read
+from engine.xml import Node
+
+# -- speed limits of roads and lanes -----------------------------------------------------------------------------------
+
+UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704}
+"""[m/s]"""
+
+
+class SpeedFrom(NamedTuple):
+    """Speed limit from a place on, up to the next place."""
+
+    start: float
+    """[m]"""
+    limit: float | None
+    """[m/s]; None without a limit, or if none is stated."""
+
+
+def road_speeds(road: Node) -> tuple[SpeedFrom, ...]:
+    """Return the speed limits of a road by its types."""
+    found = (SpeedFrom(each.number("s", 0.0, low=0.0), _limit(each.find("speed"))) for each in road.every("type"))
+    return tuple(sorted(found, key=lambda each: each.start))
+
+
+def lane_speeds(lane: Node, start: float) -> tuple[SpeedFrom, ...]:
+    """Return the speed limits of a lane in a section that begins at `start`."""
+    found = (SpeedFrom(start + each.number("sOffset", 0.0, low=0.0), _limit(each)) for each in lane.every("speed"))
+    return tuple(sorted(found, key=lambda each: each.start))
+
+
+def _limit(node: Node | None) -> float | None:
+    """Return the limit [m/s] of `max`: a number; None for `no limit`, `undefined` and all other texts."""
+    try:
+        value = math.nan if node is None else float(node.text("max", "nan"))
+    except ValueError:
+        return None
+    limit = value * (UNITS.get(node.text("unit", "m/s"), math.nan) if node else math.nan)
+    return limit if 0.0 < limit < math.inf else None
+
+
+def limit_at(s: float, *rows: Sequence[SpeedFrom]) -> float | None:
+    """Return the limit at a place [m/s]: that of the first rows with a limit there."""
+    return next((limit for limit in _limits(s, rows) if limit is not None), None)
+
+
+def _limits(s: float, rows: Sequence[Sequence[SpeedFrom]]) -> Iterator[float | None]:
+    for each in rows:
+        begun = bisect.bisect_right(each, s, key=lambda row: row.start)
+        yield each[begun - 1].limit if begun else None
+
 
 BEYOND = 1e-3
 """Distance beyond the end of a road at which it is still accepted [m]: files round lengths, too."""

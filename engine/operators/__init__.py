@@ -72,7 +72,7 @@ class Operator:
     backward: Backward | None = None
     """Narrower ends for the operands; None if nothing follows from the result."""
     bounds: Bounds | None = None
-    """Interval of the result as a pair of floats; None if the compiler knows nothing of it."""
+    """Interval of the result as a pair of floats; None if the compiler takes it from `forward`."""
     spelling: Function | Infix | None = None
     """None for an instruction that only the compiler writes."""
     domain: Domain | None = None

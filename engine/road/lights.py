@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 
-from engine.road.kept import kept
-from engine.road.network import Lane, Network
-from engine.road.signs import RoadSign
+from engine.road.network import Lane, Network, RoadSign, kept
 
 
 @kept

@@ -7,8 +7,7 @@ from itertools import chain
 
 import numpy as np
 
-from engine.road.kept import kept
-from engine.road.network import Lane, Network
+from engine.road.network import Lane, Network, kept
 from engine.road.sections import to_left, to_right
 
 GOES_ON = 20.0

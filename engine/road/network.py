@@ -4,10 +4,12 @@
 resolves. Elements are equal only if they are identical.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -15,9 +17,36 @@ from engine.frozen import frozen, frozen_identity
 from engine.maps import MapSpec
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import RegionBook
-from engine.road.signs import RoadSign
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
+
+# -- lights and signs of a file ----------------------------------------------------------------------------------------
+
+TRAFFIC_LIGHT = "1000001"
+"""OpenDRIVE's type of a traffic light of three colours, the only type that Scenic counts as one."""
+
+
+@frozen
+class RoadSign:
+    """A traffic light or a sign, at one place at which it applies."""
+
+    id: str
+    """Id in the file."""
+    name: str
+    country: str
+    type: str
+    subtype: str
+    value: float | None
+    road: str
+    """Name of the road to which it applies."""
+    x: float
+    y: float
+    lanes: tuple[int, ...]
+    """Ids of the lanes to which it applies."""
+
+    @property
+    def is_traffic_light(self) -> bool:
+        return self.type == TRAFFIC_LIGHT
 
 
 class LaneRole(Enum):
@@ -348,3 +377,21 @@ class Network:
     def arms(self) -> int:
         """Return the numbers of arms that an intersection may have; lights are numbered by arms."""
         return max([4, *(len(intersection.legs) for intersection in self.intersections)])
+
+
+# -- results kept for the lifetime of a network ------------------------------------------------------------------------
+
+Found = TypeVar("Found")
+
+
+def kept(find: Callable[[Network], Found]) -> Callable[[Network], Found]:
+    """Return `find` with a cache per network. A result must not refer to its network, or both are never freed."""
+    found: WeakKeyDictionary[Network, Found] = WeakKeyDictionary()
+
+    @wraps(find)
+    def asked(network: Network) -> Found:
+        if network not in found:
+            found[network] = find(network)
+        return found[network]
+
+    return asked

@@ -8,8 +8,7 @@ traffic lanes are numbered from right to left, in left-hand traffic from left to
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road.kept import kept
-from engine.road.network import Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.network import Lane, LaneGroup, Maneuver, Network, Road, kept
 from engine.road.regions import shape_of_parts
 
 

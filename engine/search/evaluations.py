@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
+from engine.assessment import map_arrays
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
-from engine.search.assessment import map_arrays
 from engine.search.protocol import MEASURES, Birth, Proposal, Result, Status
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.assessment import Evaluate, take, to_arrays
 from engine.avoidability import blame
 from engine.config import Config
 from engine.errors import ArgumentError
@@ -19,7 +20,6 @@ from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
 from engine.sampling import sample
 from engine.scenes import Scenes
-from engine.search.assessment import Evaluate, take, to_arrays
 from engine.search.chain import canonical
 from engine.search.evaluations import Evaluations
 from engine.search.insight.kinds import Blaming

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.assessment import COLUMNS, take, to_arrays
+from engine.assessment import COLUMNS, take, to_arrays
 from engine.search.campaign import Campaign, Progress
 from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, actions_digest, last_link, link, seal
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from engine.assessment import COLUMNS, SCALARS, from_columns, map_arrays, take
 from engine.errors import Signal
 from engine.outcomes import Assessment
-from engine.search.assessment import COLUMNS, SCALARS, from_columns, map_arrays, take
 from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, link, numbers, whole_numbers
 from engine.search.evaluations import (
     Evaluations,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine.assessment import map_arrays, take
 from engine.avoidability import Avoidability, Avoidance, avoidability
 from engine.batch import simulate_with_gaps, trajectory
 from engine.config import Config
@@ -22,7 +23,6 @@ from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
 from engine.scenes import Scenes
-from engine.search.assessment import map_arrays, take
 from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec, function_name
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import OBJECTIVES, Sense, Verdict

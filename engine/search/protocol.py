@@ -25,7 +25,7 @@ StreamAt = Callable[[int, int], Generator]
 
 MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approach_angle", "pair", "side")
 """Measures of a result in addition to the risk, of an individual's worst rollout: columns of
-`engine.search.assessment`.
+`engine.assessment`.
 """
 
 

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from engine.assessment import take, to_columns
 from engine.outcomes import RESULTS, Assessment, Result
-from engine.search.assessment import take, to_columns
 from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
 from engine.search.insight.kinds import PACES, Failures, FoundKind, estimated_share

@@ -12,11 +12,11 @@ from time import perf_counter
 
 import numpy as np
 
+from engine.assessment import Evaluate, concatenate, map_arrays, take
 from engine.config import Config, SearchConfig
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
-from engine.search.assessment import Evaluate, concatenate, map_arrays, take
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign, OnGeneration, Progress
 from engine.search.evaluations import (
     Evaluations,

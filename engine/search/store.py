@@ -189,7 +189,7 @@ def _cure_of(error: OSError, space: str) -> str:
         return "wait for it to end, or name another folder"
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "a part of this path is a file; name another folder with --out"
-    return "make it writable, or name another folder with --out"
+    return "make it writable, or name another folder"
 
 
 def _journal_error(path: Path, error: sqlite3.Error, space: str) -> StoreError:

@@ -24,12 +24,12 @@ from multiprocessing import resource_tracker
 from queue import SimpleQueue
 from typing import Any, Literal, NoReturn, TypeVar
 
+from engine.assessment import Evaluate, concatenate
 from engine.config import Config
 from engine.errors import CortexError
 from engine.extras import needed
 from engine.outcomes import Assessment
 from engine.program import Program
-from engine.search.assessment import Evaluate, concatenate
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.tables import Floats, Ints
 

@@ -12,6 +12,11 @@ the plan, for any order of their ends; their durations (`pace`) are in a separat
 | pace        | finished run: seconds                                                                 |
 | seal        | one row: a digest of all of these, and of each block by its digest                    |
 
+The seal shows whether the contents of the file are still those that were written. Runs end in any order, so it is the
+sum (exclusive or) of one digest per row: of manifest and scenarios, and of each run with its figures, its course, its
+seconds and the digest of its block of evaluations. It is checked when the study is read; a block is compared with its
+digest when the block is read.
+
 `StudyStore` writes it; `read_study` reads it back, its plan with the compiled scenarios and its records, and
 `read_evaluations` any run's evaluations.
 """
@@ -22,6 +27,8 @@ import sqlite3
 from collections.abc import Iterable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
+from hashlib import blake2b
+from itertools import accumulate
 from pathlib import Path, PurePath
 from shutil import rmtree
 from typing import Any
@@ -31,6 +38,7 @@ import numpy as np
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
+from engine.search.chain import LINK, actions_digest, either
 from engine.search.evaluations import Evaluations
 from engine.search.manifest import DrivenBy
 from engine.search.past import recorded_driver, who_drove
@@ -40,7 +48,44 @@ from engine.streams import method_number, old_number
 from engine.strict_json import json_text
 from engine.study.plan import Address, Plan, Subject
 from engine.study.run_records import FIELDS, DamagedBlock, Finished, RunRecord, flat, unflat, unpack
-from engine.study.seal import add_to_seal, broken_seal, digest_of, has_seal, seals_of
+
+# -- the seal ----------------------------------------------------------------------------------------------------------
+
+COUNTS = "SELECT (SELECT count(*) FROM run), (SELECT count(*) FROM pace), (SELECT count(*) FROM evaluations)"
+SCENARIOS = "SELECT number, name, file, manifest, digest FROM scenario"
+RUNS = """SELECT scenario, method, run, figures, course, seconds, digest
+FROM run LEFT JOIN pace USING (scenario, method, run) LEFT JOIN evaluations USING (scenario, method, run)
+ORDER BY run.rowid"""
+
+
+def digest_of(block: bytes) -> bytes:
+    """Return the digest of the stored evaluations of a run."""
+    return blake2b(block, digest_size=LINK).digest()
+
+
+def has_seal(connection: sqlite3.Connection) -> bool:
+    """Return True if the study has a seal."""
+    return connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'seal'").fetchone() is not None
+
+
+def seals_of(connection: sqlite3.Connection) -> list[bytes]:
+    """Return the seals that fit the rows: before the first run, and after each run in the order of their writing."""
+    facts = (*connection.execute("SELECT field, value FROM manifest"), *connection.execute(SCENARIOS))
+    runs = (actions_digest([run]) for run in connection.execute(RUNS))
+    return list(accumulate(runs, either, initial=actions_digest(facts)))
+
+
+def broken_seal(connection: sqlite3.Connection, seal: bytes) -> bool:
+    """Return True if some row is not as it was sealed, or there are more or fewer; `seal` is the last of `seals_of`."""
+    counts = set(connection.execute(COUNTS).fetchone())
+    return len(counts) != 1 or connection.execute("SELECT value FROM seal").fetchall() != [(seal,)]
+
+
+def add_to_seal(connection: sqlite3.Connection, run: tuple[Any, ...]) -> None:
+    """Add one run to the seal, within the transaction that writes it; `run` has the columns of `RUNS`."""
+    (kept,) = connection.execute("SELECT value FROM seal").fetchone()
+    connection.execute("UPDATE seal SET value = ?", (either(kept, actions_digest([run])),))
+
 
 STUDY = "study.sqlite"
 PROGRAMS = "programs"
@@ -188,13 +233,15 @@ def program_file(folder: Path, number: int) -> Path:
 
 def _scenario_rows(plan: Plan) -> Sequence[tuple[Any, ...]]:
     return [
-        (number, subject.name, subject.file, _manifest_json(plan, subject), subject.program.digest)
+        (
+            number,
+            subject.name,
+            subject.file,
+            json_text(plan.manifest(subject, plan.methods[0]).stored()),
+            subject.program.digest,
+        )
         for number, subject in enumerate(plan.subjects)
     ]
-
-
-def _manifest_json(plan: Plan, subject: Subject) -> str:
-    return json_text(plan.manifest(subject, plan.methods[0]).stored())
 
 
 # -- reading -----------------------------------------------------------------------------------------------------------

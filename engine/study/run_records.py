@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from engine.assessment import map_arrays, take
 from engine.errors import ArgumentError, Signal
 from engine.outcomes import Assessment
-from engine.search.assessment import map_arrays, take
 from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, flat_rollouts, judge
 from engine.search.insight.diversity import grids

@@ -30,7 +30,7 @@ def study_files(study: Study, findings: Findings) -> dict[str, bytes]:
     names = [subject.name for subject in study.plan.subjects]
     text = json_text(summary(study, findings), indent=2)
     return {
-        RUNS: _csv(_run_row(names, record) for record in study.records),
+        RUNS: _csv({**_address_row(names, record), **flat(record.figures)} for record in study.records),
         GENERATIONS: _csv(row for record in study.records for row in _generation_rows(names, record)),
         TESTS: _csv(map(test_row, findings.comparisons)),
         SUMMARY: f"{text}\n".encode(),
@@ -106,10 +106,6 @@ def test_row(row: Comparison) -> dict[str, Any]:
 def _address_row(names: Sequence[str], record: RunRecord) -> dict[str, Any]:
     scenario, method, run = record.address
     return {"scenario": names[scenario], "method": method, "run": run}
-
-
-def _run_row(names: Sequence[str], record: RunRecord) -> dict[str, Any]:
-    return {**_address_row(names, record), **flat(record.figures)}
 
 
 def _generation_rows(names: Sequence[str], record: RunRecord) -> Iterator[dict[str, Any]]:

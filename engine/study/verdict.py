@@ -98,13 +98,9 @@ def beside_paper(plan: Plan, records: Sequence[RunRecord]) -> tuple[Beside, ...]
 def _beside(plan: Plan, records: Sequence[RunRecord], number: int, measure: Measure) -> Beside:
     name = plan.subjects[number].name
     letter = FILES.index(name)
-    ga, random = (_median(records, number, method, measure) for method in METHODS)
+    ga, random = (spread(ranked(records, number, method, measure)).median for method in METHODS)
     printed = _PRINTED[measure.name]
     return Beside(SCENARIOS[letter], name, measure, ga, random, printed(GA, letter), printed(RANDOM, letter))
-
-
-def _median(records: Sequence[RunRecord], number: int, method: str, measure: Measure) -> float:
-    return spread(ranked(records, number, method, measure)).median
 
 
 def studies(plan: Plan, records: Sequence[RunRecord]) -> tuple[StudyRow, ...]:

@@ -13,7 +13,14 @@ import pymunk
 
 from engine.config import ContactConfig
 from engine.kernels.bicycle import GRAVITY
-from engine.kernels.impacts.motion import GroundContact, RigidMotion, after_friction, ground_contact, has_axles
+from engine.kernels.impacts.motion import (
+    Dimensions,
+    GroundContact,
+    RigidMotion,
+    after_friction,
+    ground_contact,
+    has_axles,
+)
 from engine.kernels.impacts.solver import is_fixed
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
@@ -55,7 +62,7 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
     """Return one actor from its `Column`s. The kind's inertia scales with mass and size as that of a rectangle."""
     length, width, mass = columns[Column.LENGTH], columns[Column.WIDTH], columns[Column.MASS]
     behind, base, friction = (columns[each] for each in (Column.REAR_TO_CENTER, Column.WHEELBASE, Column.FRICTION))
-    supports = ground_contact(False, length, width, base, behind, friction, 0.0, 0.0, MODELS[kind].gyration)
+    supports = ground_contact(False, Dimensions(length, width, base, behind), friction, 0.0, 0.0, MODELS[kind].gyration)
     return Physique(
         kind=kind,
         length=length,
@@ -70,7 +77,7 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
 
 def wall(length: float, width: float) -> Physique:
     """Return a building."""
-    still = ground_contact(False, length, width, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    still = ground_contact(False, Dimensions(length, width, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0)
     return Physique(ActorKind.OBSTACLE, length, width, math.inf, math.inf, 0.0, still, fixed=True)
 
 
@@ -152,7 +159,8 @@ def rub(
     are braked.
     """
     rolls = steer is not None
-    supports = actor.supports._replace(rolls=rolls, steer=steer or 0.0, rolling=resistance * GRAVITY)
+    front = actor.supports.front._replace(steer=steer or 0.0)
+    supports = actor.supports._replace(rolls=rolls, front=front, rolling=resistance * GRAVITY)
     (x, y), velocity = body.position, body.velocity
     after = after_friction(
         RigidMotion(x, y, body.angle, velocity.x, velocity.y, body.angular_velocity), supports, duration

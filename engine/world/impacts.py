@@ -8,34 +8,11 @@ import pymunk
 
 from engine.kernels.impacts.motion import PAUSE, PULSE, ImpactRecord
 from engine.kernels.run_state import Run, Status
+from engine.scenes import Impact
 from engine.tables import A_BUILDING, Floats
 
 LEAST_CHANGE = 0.01
 """Least change of a velocity for which a touch is reported as an impact [m/s]."""
-
-
-@dataclass(frozen=True)
-class Impact:
-    """One impact between two actors. Pairs of values belong to the lower actor and to the higher actor."""
-
-    time: float
-    """Time at which the bodies met [s]."""
-    actors: tuple[int, int]
-    """Actors of the impact; the second may be `A_BUILDING`."""
-    point: tuple[float, float]
-    """Point of the impact, x, y [m]."""
-    delta_v: tuple[float, float]
-    """Change of each velocity, as a magnitude [m/s]; 0 for a fixed body. It includes all impulses on the body during
-    its contact, from any body: for a body between two others, they largely cancel.
-    """
-    direction: tuple[float, float]
-    """Direction of each change in the body's frame when they met [rad, anticlockwise from its heading]."""
-    closing_speed: float
-    """Magnitude of the difference between the centres' velocities when they met [m/s]."""
-    impact_angle: float
-    """Heading of the higher actor relative to the lower actor's, in [-pi, pi) [rad]; 0: the same way, pi: head on."""
-    clock: tuple[int, int]
-    """Place on each outline as a clock direction from its centre: 12 straight ahead, 3 to the right."""
 
 
 @dataclass

@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from cortex_dsl import codes
-from cortex_dsl.semantics.model import limits, state
+from cortex_dsl.semantics.model import state
 
 judged = cache(codes.judged)
 
@@ -16,7 +16,7 @@ judged = cache(codes.judged)
 def judging_once() -> Iterator[None]:
     """Each example of a page is compiled by the first test that asks; a long evaluation is refused sooner."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(limits, "EVALUATION_LIMIT", 20_000)
+        patch.setattr(state, "EVALUATION_LIMIT", 20_000)
         patch.setattr(state, "BODY_LIMIT", 200)
         patch.setattr(codes, "judged", judged)
         yield

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from inspect import Parameter, signature
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 
 import cortex_dsl as cx
 from cortex_dsl import Scenario
+from cortex_dsl.api.arguments import SearchSettings, StudySettings, WritingSettings
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.studies import Studied, resume_study, study
 from cortex_dsl.version import VERSION
@@ -77,6 +79,38 @@ def test_nothing_heavy_before_it_is_used() -> None:
 def test_a_search_is_that_of_the_scenario(scenario: Scenario) -> None:
     """From a path or from what was loaded."""
     first, second = cx.search(EXAMPLE, "random", **SMALL), scenario.search("random", **SMALL)
+    np.testing.assert_array_equal(first.evaluations.fitness, second.evaluations.fitness)
+
+
+KEYWORDS: dict[str, tuple[Callable[..., Any], type, Callable[..., Any]]] = {
+    "search": (cx.search, SearchSettings, lambda s, **more: cx.search(s, "random", **more)),
+    "Scenario.search": (Scenario.search, SearchSettings, lambda s, **more: s.search("random", **more)),
+    "study": (cx.study, StudySettings, lambda s, **more: cx.study(s, "random", 1, **more)),
+    "export": (cx.export, WritingSettings, lambda s, **more: cx.export(s, "csv", "none", **more)),
+}
+
+
+@pytest.mark.parametrize("name", KEYWORDS)
+def test_every_keyword_is_shown_and_a_slip_is_answered_with_it(name: str, scenario: Scenario) -> None:
+    """`help` and completions list the keywords that a function passes on; a keyword with a slip names the right one."""
+    function, settings, call = KEYWORDS[name]
+    shown = signature(function).parameters
+    for keyword in settings.__annotations__:
+        assert shown[keyword].kind is Parameter.KEYWORD_ONLY
+        assert name == "search" or f"{keyword}:" in str(function.__doc__) or f"{keyword}," in str(function.__doc__)
+        with pytest.raises(TypeError, match=f"no setting `{keyword}_`.*did you mean `{keyword}`"):
+            call(scenario, **{f"{keyword}_": None})
+
+
+def test_defaults_shown_are_those_in_force(scenario: Scenario) -> None:
+    """A search with all keywords at the defaults of the signature is the search without them."""
+    plain = {
+        keyword: parameter.default
+        for keyword, parameter in signature(cx.search).parameters.items()
+        if keyword in SearchSettings.__annotations__
+    }
+    first, second = cx.search(EXAMPLE, "ga", **SMALL), cx.search(EXAMPLE, "ga", **plain | SMALL)
+    assert (first.config, first.preset) == (second.config, second.preset)
     np.testing.assert_array_equal(first.evaluations.fitness, second.evaluations.fitness)
 
 

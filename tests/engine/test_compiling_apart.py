@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.api.loading import compile_text
+from cortex_dsl.api.scenario import compile_text
 from engine import compiling_apart
 from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, missing_kernels, undrawn
 from engine.kernels.jit import cache_folder

@@ -71,13 +71,19 @@ def test_copies() -> None:
     assert copy.deepcopy(point) == pickle.loads(pickle.dumps(point)) == point
 
 
-def test_what_it_cannot_make() -> None:
-    """A class with `__post_init__` is refused: it must be a real dataclass."""
-    with pytest.raises(TypeError, match="real dataclass"):
+def test_what_follows_from_the_fields_is_set_once() -> None:
+    """`__post_init__` sets a field that is no argument, and nothing sets it again; an unknown name is refused, too."""
 
-        @frozen
-        class Late:
-            x: float
+    @frozen
+    class Square:
+        side: float
+        area: float = field(init=False)
 
-            def __post_init__(self) -> None:
-                raise AssertionError
+        def __post_init__(self) -> None:
+            self.area = self.side**2  # pyright: ignore[reportAttributeAccessIssue]
+
+    square = Square(3.0)
+    assert square.area == 9.0
+    for name in ("side", "area", "volume"):
+        with pytest.raises(FrozenInstanceError, match=name):
+            setattr(square, name, 1.0)

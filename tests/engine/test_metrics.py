@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from engine.metrics import Metric, measure_trajectory
 from engine.metrics.bodies import Body, usual_body
-from engine.metrics.driving import hardest_braking, jerk, lateral_jerk, pedal_oscillation, steering_oscillation
+from engine.metrics.table import hardest_braking, jerk, lateral_jerk, pedal_oscillation, steering_oscillation
 from engine.metrics.values import SERIOUS, pedestrian_fatality, serious_injury
 from engine.outcomes import Outcomes, blank_outcomes
 from engine.scenes import Trajectory

@@ -5,10 +5,10 @@ from dataclasses import fields
 
 import numpy as np
 
+from engine.assessment import SCALARS
 from engine.kernels.pair import NOT_OF_MOTION, PLACES, PairMetrics
 from engine.kernels.rows import Results
 from engine.outcomes import MEASURED, OUTCOMES, PAIRS, RESULTS, Outcomes, Per, blank_outcomes
-from engine.search.assessment import SCALARS
 
 
 def test_rows_name_what_there_is() -> None:

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from engine.kernels.geometry import Box, View
-from engine.kernels.sight import SEEN, look
+from engine.kernels.sight import SEEN, Shades, look
 from tests.engine.kernels.sight_reference import drawn, table
 from tests.sight_polygon import visible_sector
 
@@ -18,7 +18,7 @@ def sees_place(view, shades, x, y):
     boxes = [box for box in shades if not shapely.Point(x, y).within(polygon_of(box).buffer(1e-3))]
     if len(boxes) < len(shades):
         return None  # a place inside of an outline is not hidden by it
-    return look(view, Box(x, y, 0.0, 0.0, 0.0), table(shades), 0, len(shades), NO_BUILDINGS, -1, -1) == SEEN
+    return look(view, Box(x, y, 0.0, 0.0, 0.0), Shades(table(shades), 0, len(shades), -1, -1), NO_BUILDINGS) == SEEN
 
 
 def polygon_of(box):

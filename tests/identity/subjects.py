@@ -22,7 +22,7 @@ from cortex_dsl import pipeline
 from cortex_dsl.cli import analyse, main
 from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.report.terminal.kernel_progress import COMPILED
-from cortex_dsl.semantics.model import limits
+from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
 from engine.search.searchers import SEARCHERS
 
@@ -90,11 +90,11 @@ def scenarios() -> list[str]:
 @contextlib.contextmanager
 def _less_patience() -> Iterator[None]:
     """A file that takes too long to work out is given up after a tenth of what users wait."""
-    before, limits.EVALUATION_LIMIT = limits.EVALUATION_LIMIT, limits.EVALUATION_LIMIT // 10
+    before, state.EVALUATION_LIMIT = state.EVALUATION_LIMIT, state.EVALUATION_LIMIT // 10
     try:
         yield
     finally:
-        limits.EVALUATION_LIMIT = before
+        state.EVALUATION_LIMIT = before
 
 
 @contextlib.contextmanager

@@ -17,7 +17,8 @@ from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import write_docstring
 from cortex_dsl.syntax.unparse import unparse
-from engine.interchange.contract import Export, ExportOptions, Finding, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export, ExportOptions, Finding
 from engine.maps import MapFile, map_name
 from engine.road import build_network
 from engine.vocabulary import State

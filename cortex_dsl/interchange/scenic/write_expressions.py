@@ -39,7 +39,7 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS
+from cortex_dsl.semantics.names.properties import ACTOR_KINDS
 from cortex_dsl.semantics.quantities.units import UNITS
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes

@@ -20,13 +20,13 @@ from cortex_dsl.interchange.scenic.scenic_names import (
 )
 from cortex_dsl.interchange.scenic.write_expressions import Expressions, heading_from_north
 from cortex_dsl.semantics.model.values import Actor, Pose, Value
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS
 from cortex_dsl.semantics.names.linking import ImportedFile
+from cortex_dsl.semantics.names.properties import ACTOR_KINDS
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.recording import Recording
 from engine.vocabulary import ActorKind, State
 

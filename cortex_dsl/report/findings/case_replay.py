@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from cortex_dsl import ir
-from cortex_dsl.api.arguments import FixedParam, held_params
 from cortex_dsl.lowering.given_out import light_colours
 from cortex_dsl.report.findings.framing import Frame, heading_of_road, tracks
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics_content, pairs_content, params_content
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, story_of
+from cortex_dsl.semantics.names.linking import FixedParam, held_params
 from cortex_dsl.syntax import nodes
 from engine.config import Config
 from engine.kernels.conflict import Snapshot, snapshot
@@ -46,8 +46,8 @@ from engine.tables import Floats
 from engine.vocabulary import ActorKind, State, Verdict
 
 if TYPE_CHECKING:
+    from engine.scenes import Impact
     from engine.world import WorldRun
-    from engine.world.impacts import Impact
 
 COLOURS = 6
 """Actors that have a colour of their own."""

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from engine.choices import choice_names as names_of
-from engine.choices import drawn_lanes
-from engine.program import Program, VariantLabel
+from engine.program import Program, VariantLabel, drawn_lanes
+from engine.program import choice_names as names_of
 from engine.road import build_network
 from engine.scenes import Scenes
 from engine.tables import Floats

@@ -18,7 +18,8 @@ from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason
 
 if TYPE_CHECKING:
-    from engine.interchange.contract import ExportOptions, InterchangeError
+    from engine.errors import InterchangeError
+    from engine.interchange.contract import ExportOptions
 
 APART = 2.0
 """Between two points of a line [m]."""
@@ -182,7 +183,7 @@ class Exported(Protocol):
 
 
 class Gathered(Protocol):
-    """All files of an export with their remarks: see `cortex_dsl.interchange.writing`."""
+    """All files of an export with their remarks: see `cortex_dsl.interchange.formats`."""
 
     @property
     def files(self) -> Mapping[str, bytes]: ...

@@ -4,7 +4,7 @@ import math
 
 from cortex_dsl.report.findings.readable import ABSENT, counted, percent, significant, whole
 from engine.search.probability.estimates import JOINT, Probability, Withheld
-from engine.search.probability.scores import SCORES
+from engine.search.probability.levels import SCORES
 from engine.search.statistics import Interval
 
 HOW = {

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import ObjectiveResult, objective_results, objectives_content
 from cortex_dsl.report.findings.readable import SpeedUnit, gene_value, speed_unit
 from cortex_dsl.report.findings.story import REST, RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
+from cortex_dsl.semantics.names.linking import FixedParam
 from engine.outcomes import PAIRS, Outcomes, Result
 from engine.program import ParamSpace, Program
 from engine.road.outline import Outline

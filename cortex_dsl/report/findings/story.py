@@ -17,7 +17,7 @@ from engine.tables import A_BUILDING, SLIDING, Floats, Ints
 from engine.vocabulary import EndReason, Fault, State
 
 if TYPE_CHECKING:
-    from engine.world.impacts import Impact
+    from engine.scenes import Impact
 
 
 PEDAL = 0.01

@@ -16,12 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.api.arguments import kind, path_of, row_of
 from cortex_dsl.report.findings.case_replay import Runnable
 from cortex_dsl.report.findings.framing import CARD, Frame, heading_of_road
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
-from engine.errors import ArgumentKindError
+from engine.errors import ArgumentKindError, kind, path_of, row_of
 from engine.program import Program
 from engine.road import build_network
 from engine.road.outline import outline
@@ -98,7 +97,7 @@ def replay(scenario: Runnable, scenes: Scenes, row: int = 0) -> Shown:
     """One valid scene run in the world host, as a page that plays."""
     from cortex_dsl.report.findings.case_replay import replay_case
     from cortex_dsl.report.page.case_page import case_page
-    from engine.search.assessment import take
+    from engine.assessment import take
 
     kind("scenes", scenes, Scenes, "`sample` draws some, `scene` is that of a case")
     row = row_of(scenes, row)

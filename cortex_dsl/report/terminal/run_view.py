@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import RunReport
@@ -23,6 +22,7 @@ from cortex_dsl.report.terminal.measures_view import (
 from cortex_dsl.report.terminal.render import rendered
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, right, section, sparkline
 from cortex_dsl.report.views.run import timeline as timeline_blocks
+from cortex_dsl.semantics.names.linking import FixedParam
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
 from engine.scenes import Scenes, Trajectory

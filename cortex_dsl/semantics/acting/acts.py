@@ -9,31 +9,167 @@ Source: Scenic 3 reference, "do choose", "do shuffle".
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting import bodies, loops, properties
-from cortex_dsl.semantics.acting.bodies import Body, Invocation
+from cortex_dsl.semantics.acting import bodies
+from cortex_dsl.semantics.acting.bodies import Body, Invocation, Variable, of_same_dimension
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
-from cortex_dsl.semantics.acting.yielding import check_handler
+from cortex_dsl.semantics.acting.yielding import check_handler, check_loop
 from cortex_dsl.semantics.errors.names import BARE_EXPRESSION, NOT_ON_FOOT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.runs import NO_WEIGHT, NOT_A_DRIVER, NOT_AN_ACTION, ONE_OPTION, SAME_ACTION
+from cortex_dsl.semantics.errors.runs import (
+    CANNOT_SET,
+    LEAVES_WRITTEN_OUT,
+    NO_WEIGHT,
+    NOT_A_DRIVER,
+    NOT_AN_ACTION,
+    OBJECT_CHANGES,
+    ONE_OPTION,
+    SAME_ACTION,
+)
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack
 from cortex_dsl.semantics.evaluation.operators import combine
 from cortex_dsl.semantics.evaluation.ranges import in_range
-from cortex_dsl.semantics.model.values import ActionCall, BuiltinValue, Effect, Value, Weights
+from cortex_dsl.semantics.model.values import ActionCall, Actor, BuiltinValue, Effect, Quantity, Truth, Value, Weights
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.placement import TOP_LEVEL
+from cortex_dsl.semantics.names.properties import Domain, all_properties
+from cortex_dsl.semantics.names.tree import parts
 from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.algebra import table as table_entry
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import PURE, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.config import SimulationConfig
 from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Command
+
+# -- properties --------------------------------------------------------------------------------------------------------
+
+
+SIMULATED: Mapping[str, str] = {
+    **dict.fromkeys(("position", "heading", "x", "y"), "the run moves objects: `take` an action, or `do` a behavior"),
+    "speed": "it follows from what the object does: `take SetSpeedAction(...)`",
+    **dict.fromkeys(("steer", "throttle", "brake"), "an action sets it: `take SetSteerAction(...)` and the like"),
+    "behavior": "a scenario changes it: `override x with behavior B()`",
+}
+"""Properties that the run sets, and the statement by which a file influences each."""
+
+
+def set_attribute(body: Body, node: nodes.SetAttribute) -> ir.Block:
+    """Set a property of the file's own; every later read sees the new value."""
+    ev, target, name = body.ev, node.target, node.target.name
+    actor = ev.evaluate(target.value)
+    if not isinstance(actor, Actor):
+        raise WRONG_KIND.mistake(
+            target.value.span,
+            what="what is assigned",
+            expected="a property of an object",
+            actual=kind_name(actor),
+            cure="",
+        )
+    before = _may_change(actor, name, target.name_span)
+    value = ev.evaluate(node.value)
+    if node.operator:
+        operation = nodes.Binary(span=node.span, operator=node.operator, left=target, right=node.value)
+        value = combine(ev, node.operator, ev.evaluate(target), value, operation)
+    cell = actor.cells[name]
+    settled = of_same_dimension(name, before, value, node.value.span)
+    return (
+        ir.SetLocal(node.span, cell.value, settled.expr),
+        ir.SetLocal(node.span, cell.assigned, ev.algebra.truth(True)),
+    )
+
+
+def _may_change(actor: Actor, name: str, span: Span) -> Quantity | Truth:
+    """Return the first value of a property that may change.
+
+    Raises:
+        Mistake: the run sets the property, it is settled with the scene, or the object has none.
+    """
+    if name in SIMULATED:
+        raise CANNOT_SET.mistake(span, name=name, reason=SIMULATED[name])
+    if name in all_properties():
+        raise CANNOT_SET.mistake(span, name=name, reason="it is the same from the first sample to the last")
+    if name not in actor.properties:
+        raise CANNOT_SET.mistake(span, name=name, reason=f"`{actor.name}` is not made with it: `with {name} 0`")
+    first = actor.properties[name]
+    if not isinstance(first, Quantity | Truth):
+        raise OBJECT_CHANGES.mistake(span, name=name, kind=kind_name(first).split(" ", 1)[-1])
+    return first
+
+
+# -- loops -------------------------------------------------------------------------------------------------------------
+
+
+def while_(body: Body, node: nodes.While) -> ir.Block:
+    condition = body.condition(node.condition, repeated=True)
+    if isinstance(condition, ir.Literal) and not condition.value:
+        return ()
+    acts = body.nested(node.body, repeated=True, looping=True)
+    check_loop(body.ev, condition, acts, node.condition.span)
+    return (ir.Loop(node.span, condition, acts),)
+
+
+def for_(body: Body, node: nodes.For) -> ir.Block:
+    """Compile `for`: numbers are counted at run time, other items are unrolled."""
+    ev, span = body.ev, node.iterable.span
+    items = items_of(ev.evaluate(node.iterable), span, "what `for` runs over")
+    table = _numbers(items)
+    if not items:
+        return ()
+    if table is not None and len(node.targets) == 1:
+        return _counted(body, node, items, table)
+    if any(isinstance(each, nodes.Break | nodes.Continue) for each in _own_statements(node.body)):
+        raise LEAVES_WRITTEN_OUT.mistake(node.span)
+    acts: list[ir.Act] = []
+    for item in items:
+        ev.file.budget.spend(span)
+        body.names.update(unpack(node.targets, item, span))
+        body.variables.update({name: Variable(None, body.depth + 1) for name in node.targets})
+        acts += body.nested(node.body, repeated=True)
+    return tuple(acts)
+
+
+def _numbers(items: Sequence[Value]) -> list[float] | None:
+    """Known numbers of one dimension; None for anything else."""
+    if not all(isinstance(item, Quantity) for item in items):
+        return None
+    found = [closed_value(item.expr) for item in items if isinstance(item, Quantity)]
+    alike = len({item.dimension for item in items if isinstance(item, Quantity)}) == 1
+    known = [number for number in found if number is not None]
+    return known if alike and len(known) == len(items) else None
+
+
+def _counted(body: Body, node: nodes.For, items: Sequence[Value], numbers_: Sequence[float]) -> ir.Block:
+    """A loop with a counter, which goes up before the body, so that `continue` does not repeat a round."""
+    ev, span = body.ev, node.span
+    (name,), first = node.targets, items[0]
+    assert isinstance(first, Quantity)
+    counter = ev.algebra.local(index := ev.run.new_local())
+    offset = ev.file.pool.offset(tuple(numbers_))
+    value = table_entry(counter - 1.0, offset)
+    body.variables.pop(name, None)
+    bound = body.assign(name, Quantity(value, first.dimension), node.span, local=True)
+    acts = body.nested(node.body, repeated=True, looping=True)
+    ahead = ir.SetLocal(span, index, counter + 1.0)
+    goes_on = counter < float(len(items))
+    return (ir.SetLocal(span, index, ev.algebra.literal(0.0)), ir.Loop(span, goes_on, (ahead, *bound, *acts)))
+
+
+def _own_statements(statements: Sequence[nodes.Statement]) -> Iterator[nodes.Statement]:
+    """The statements of a loop, without those of loops in it."""
+    for statement in statements:
+        yield statement
+        if not isinstance(statement, nodes.For | nodes.While):
+            yield from _own_statements([part for part in parts(statement) if isinstance(part, nodes.Statement)])
+            for part in parts(statement):
+                if isinstance(part, nodes.Handler):
+                    yield from _own_statements(part.body)
+
 
 # -- `do choose` and `do shuffle` --------------------------------------------------------------------------------------
 
@@ -103,7 +239,7 @@ def _named(body: Body, value: Value, node: nodes.Expression) -> Iterator[Candida
 
 def _weight(body: Body, value: Value, node: nodes.Expression) -> Term:
     expr = numbers.adopt(body.ev, value, PURE, node.span, WHAT)
-    return in_range(body.ev, expr, 0.0, float("inf"), PURE, node.span, WHAT)
+    return in_range(body.ev, expr, Domain(WHAT, PURE), node.span)
 
 
 # -- the statements ----------------------------------------------------------------------------------------------------
@@ -144,7 +280,7 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
 def _use_of(body: Body, value: Value, span: Span) -> str:
     """Return a hint on how a line should use its value."""
     if isinstance(value, ActionCall):
-        return f"an action is taken: write `take {body.ev.file.source.slice(span)}`"
+        return f"an action is taken: write `take {body.ev.facts.source.slice(span)}`"
     return "assign it, or remove the line"
 
 
@@ -185,11 +321,10 @@ def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expressio
     value = ev.evaluate(duration)
     if node.in_steps:
         steps = numbers.quantity(value, duration.span, "a number of steps")
-        step = ev.file.settings.time_step or SimulationConfig().time_step
-        seconds = steps.expr * step
+        seconds = steps.expr * ev.file.settings.time_step
     else:
-        seconds = numbers.adopt(ev, value, TIME, duration.span, "the duration after `for`")
-        in_range(ev, seconds, 0.0, float("inf"), TIME, duration.span, "the duration after `for`")
+        domain = Domain("the duration after `for`", TIME)
+        seconds = in_range(ev, numbers.adopt(ev, value, TIME, duration.span, domain.name), domain, duration.span)
     return seconds - CLOCK_TOLERANCE
 
 
@@ -323,7 +458,7 @@ def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
 ACTS: Mapping[type, Act] = {
     nodes.Assign: _assign,
     nodes.AugmentedAssign: _augmented,
-    nodes.SetAttribute: properties.set_attribute,
+    nodes.SetAttribute: set_attribute,
     nodes.ExpressionStatement: _expression,
     nodes.Do: _do,
     nodes.Take: _take,
@@ -332,8 +467,8 @@ ACTS: Mapping[type, Act] = {
     nodes.Abort: _abort,
     nodes.Terminate: _terminate,
     nodes.If: _if,
-    nodes.While: loops.while_,
-    nodes.For: loops.for_,
+    nodes.While: while_,
+    nodes.For: for_,
     nodes.Assert: _assert,
     nodes.Break: _leave("break"),
     nodes.Continue: _leave("continue"),

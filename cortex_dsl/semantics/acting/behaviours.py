@@ -183,7 +183,7 @@ class Inliner:
             ends = stop((self.actor.scenario,), node.span)
             return (ends, ir.Loop(node.span, body.ev.algebra.truth(True), (ir.Wait(node.span),)))
         words = "terminate simulation" if node.simulation else "terminate"
-        return (ir.Terminate(node.span, body.ev.file.rule(node.span, f"`{words}` in {self.owner}")),)
+        return (ir.Terminate(node.span, body.ev.file.run.rule(node.span, f"`{words}` in {self.owner}")),)
 
     def _library(self, call: BehaviourCall, ev: Evaluator, at_start: bool) -> Invocation:
         assert self.actor is not None

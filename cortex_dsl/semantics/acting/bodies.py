@@ -60,7 +60,7 @@ def tested_guards(
         except Mistake as mistake:
             ev.report(mistake)
             continue
-        rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {ev.file.source.words(guard.condition.span)}")
+        rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {ev.facts.source.words(guard.condition.span)}")
         if closed_value(holds) == 0.0:
             where = (Label(call, "started here"),)
             ev.report(GUARD_NEVER.at(guard.condition.span, secondary=where, guard=kind, name=name))
@@ -69,7 +69,7 @@ def tested_guards(
 
 
 def abort_rule(ev: Evaluator, span: Span, name: str) -> int:
-    return ev.file.rule(span, name, RuleKind.ABORT)
+    return ev.file.run.rule(span, name, RuleKind.ABORT)
 
 
 def demand(
@@ -82,7 +82,7 @@ def demand(
     if isinstance(holds, ir.Literal) and holds.value:
         return ()
     word = "assert" if isinstance(node, nodes.Assert) else "require"
-    name = node.name or f"{word} in {owner}: {ev.file.source.words(node.condition.span)}"
+    name = node.name or f"{word} in {owner}: {ev.facts.source.words(node.condition.span)}"
     return (ir.Demand(node.span, holds, abort_rule(ev, node.span, name)),)
 
 

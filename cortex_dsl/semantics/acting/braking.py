@@ -22,9 +22,12 @@ from collections.abc import Iterable, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.foreseeing import (
+    EVERYWHERE,
     GAP,
     LINE,
+    SLACK,
     Conflict,
+    Extent,
     Sight,
     braking_helps,
     can_stop,
@@ -84,10 +87,11 @@ def emergency_brake(job: Job) -> ir.Block:
 def _brake_for_ways(job: Job) -> ir.Block:
     """Brake for conflicts of ways; speed limits apply to the first braking for an actor, not to later braking."""
     span, any_of, sight, partners = job.call.span, job.ev.algebra.any_of, Sight.of(job), others(job.ev, job.actor)
-    conflicts = [_now(job, each, sight) for each in partners]
-    pairs = list(zip(partners, conflicts, strict=True))
+    numbers = [job.ev.run.new_local() for _ in partners]
+    pairs = [(other, _now(job, other, sight, number)) for other, number in zip(partners, numbers, strict=True)]
     close = [_is_close(job, other, conflict) for other, conflict in pairs]
-    targets = Targets.of(job, close, [is_present(job.ev, other) & conflict.exists for other, conflict in pairs])
+    on_way = [is_present(job.ev, other) & conflict.exists for other, conflict in pairs]
+    targets = Targets.of(job, numbers, close, on_way)
     again = any_of([near & acted for near, acted in zip(close, targets.acted, strict=True)])
     begins = moves(job) & (again | (any_of(close) & _works(job)))
     stays = any_of([stays_close(job, each, sight) for each in partners])
@@ -114,15 +118,14 @@ class Targets:
     """Condition that one of them has left the way, and its handler."""
 
     @staticmethod
-    def of(job: Job, close: Sequence[Term], on_way: Sequence[Term]) -> "Targets":
-        """From whether it is time to brake for each, and whether each is on the way."""
+    def of(job: Job, numbers: Sequence[int], close: Sequence[Term], on_way: Sequence[Term]) -> "Targets":
+        """From a local for each, whether it is time to brake for each, and whether each is on the way."""
         algebra, span = job.ev.algebra, job.call.span
-        locals_ = [job.ev.run.new_local() for _ in close]
-        acted = tuple(algebra.local(each) > 0.0 for each in locals_)
-        rows = list(zip(locals_, acted, close, on_way, strict=True))
+        acted = tuple(is_target(job, each) for each in numbers)
+        rows = list(zip(numbers, acted, close, on_way, strict=True))
         no, yes = algebra.literal(0.0), algebra.literal(1.0)
         note = tuple(ir.SetLocal(span, each, where(near | (was & on), yes, no)) for each, was, near, on in rows)
-        forget = tuple(ir.SetLocal(span, each, no) for each in locals_)
+        forget = tuple(ir.SetLocal(span, each, no) for each in numbers)
         return Targets(acted, forget, note, (algebra.any_of([was & ~on for _, was, _, on in rows]), note))
 
     def block(self, job: Job, pairs: Iterable[tuple[Actor, Conflict]]) -> Term:
@@ -133,6 +136,11 @@ class Targets:
                 for acted, (other, conflict) in zip(self.acted, pairs, strict=True)
             ]
         )
+
+
+def is_target(job: Job, number: int) -> Term:
+    """Return whether an actor with this local is one of the `Targets`."""
+    return job.ev.algebra.local(number) > 0.0
 
 
 def _is_before(job: Job, other: Actor, conflict: Conflict) -> Term:
@@ -169,9 +177,28 @@ def _works(job: Job) -> Term:
     return (speed >= job.number("min_speed", 0.0)) & (speed <= job.number("max_speed", math.inf))
 
 
-def _now(job: Job, other: Actor, sight: Sight) -> Conflict:
-    """Return the conflict foreseen at the present motion of the actor."""
-    return foreseen(job, -1.0, other, sight, job.speed(), job.ev.algebra.literal(0.0))
+def _now(job: Job, other: Actor, sight: Sight, number: int) -> Conflict:
+    """Return the conflict foreseen at the present motion of the actor; `number` of the local in `Targets`.
+
+    Only targets matter beyond the distances at which `_is_close` may hold.
+    """
+    extent = _extent(job, other).unless(is_target(job, number))
+    return foreseen(job, -1.0, other, sight, job.speed(), job.ev.algebra.literal(0.0), extent)
+
+
+def _extent(job: Job, other: Actor) -> Extent:
+    """Return the greatest distances at which it may be time to brake: those of `_is_close` for the fastest closing."""
+    if job.given("latency") is not None:
+        return EVERYWHERE  # the speeds of what is foreseen are older than those known here
+    speed = abs(job.speed())
+    fastest = speed + ground_speed(job, other)
+    if job.given("threshold") is not None:
+        threshold = job.number("threshold")
+        return Extent(speed * threshold + SLACK, fastest * threshold + SLACK)
+    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
+    delay = job.number("delay", REFERENCE_DELAY)
+    near, oncoming = (each * (each / braking + delay) + (LINE + SLACK) for each in (speed, fastest))
+    return Extent(near, oncoming)
 
 
 def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
@@ -223,7 +250,12 @@ def _awaited(job: Job, conflict: Conflict) -> Term:
 
 def closing_speed(job: Job, other: Actor, conflict: Conflict) -> Term:
     """Return the speed at which the gap to another actor on the way shrinks [m/s]."""
-    return job.speed() - hypot(*_velocity(job, other)) * conflict.along
+    return job.speed() - ground_speed(job, other) * conflict.along
+
+
+def ground_speed(job: Job, actor: Actor) -> Term:
+    """Return the magnitude of the velocity of an actor [m/s], which may slide after an impact."""
+    return hypot(*_velocity(job, actor))
 
 
 def blocked(job: Job) -> Term:

@@ -65,11 +65,11 @@ def _controlled(job: Job, actions: tuple[Action, ...]) -> int:
     name = _word(job, "controller", job.actor.name)
     control = Control(name, job.actor.index, actions, _time(job, "every"), _time(job, "delay"))
     span = job.call.spans.get("controller", job.call.span)
-    known = job.ev.file.controls.setdefault(name, control)
+    known = job.ev.file.run.controls.setdefault(name, control)
     if known != control:
         raise CONTROLLED_TWICE.mistake(span, name=name)
-    before = list(job.ev.file.controls).index(name)
-    return numbers_decided(list(job.ev.file.controls.values())[:before])
+    before = list(job.ev.file.run.controls).index(name)
+    return numbers_decided(list(job.ev.file.run.controls.values())[:before])
 
 
 def _pedals(job: Job) -> tuple[Action, ...]:

@@ -327,7 +327,7 @@ def brake(job: Job) -> ir.Block:
 
 def idle(job: Job) -> ir.Block:
     """Return the acts of an actor that presses no pedal; pedals that keep their position are released in each step."""
-    if not job.ev.file.settings.pedals_stay:
+    if not job.ev.file.settings.given.pedals_stay:
         return (job.forever(ir.Wait(job.call.span)),)
     loose = tuple((pedal, job.ev.algebra.literal(0.0)) for pedal in (Command.THROTTLE, Command.BRAKE))
     return (job.forever(ir.Take(job.call.span, loose)),)

@@ -15,7 +15,7 @@ from cortex_dsl.semantics.evaluation.seeing import notice_reach
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
 from engine.frozen import frozen
-from engine.vocabulary import State
+from engine.vocabulary import SAME_WAY, State
 
 LINE = 1.0
 """Distance before the area at which a driver comes to rest [m]; *ours*."""
@@ -35,8 +35,8 @@ THROTTLE, BRAKES = 0.9, 0.9
 """Assumed shares of the actor's own engine and brakes."""
 LATE = 0.05
 """Delay until brakes act: the next step [s]."""
-SAME_WAY = 0.5
-"""Cosine of the angle from which two actors count as going the same way, or opposite ways."""
+SLACK = 0.01
+"""Added to the distances beyond which an area does not matter, for rounding [m]."""
 STANDING = 0.1
 """Speed below which an actor stands [m/s]."""
 
@@ -54,6 +54,25 @@ class Sight:
         """Return the sight that the weather permits, all around and without delay, unless the call gives a value."""
         reach = minimum(notice_reach(job.ev), job.number("range", math.inf))
         return Sight(reach, job.number("field_of_view", math.tau), job.number("latency", 0.0))
+
+
+@frozen
+class Extent:
+    """Distance beyond which an area of conflict changes no decision of a driver [m].
+
+    Most of the cost of a prediction is the search for the area along both ways.
+    """
+
+    near: Term | float = math.inf
+    oncoming: Term | float = math.inf
+    """For an actor that comes towards the driver; the greater of both is taken."""
+
+    def unless(self, needed: Term) -> "Extent":
+        """Return an extent without limits while a condition holds."""
+        return Extent(where(needed, math.inf, self.near), where(needed, math.inf, self.oncoming))
+
+
+EVERYWHERE = Extent()
 
 
 @frozen
@@ -112,11 +131,26 @@ class Conflict:
         return where(self.parts, crossing, abs(self.arrives - self.their_arrival) < MERGING_GAP)
 
 
-def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: Term, acceleration: Term) -> Conflict:
-    """Return the conflict with another actor, which drives along a path (-1: its own way) up to a target speed."""
+def foreseen(
+    job: Job,
+    path: Term | float,
+    other: Actor,
+    sight: Sight,
+    target: Term,
+    acceleration: Term,
+    extent: Extent = EVERYWHERE,
+) -> Conflict:
+    """Return the conflict with another actor of a driver along a path (-1: its own way), up to a target speed.
+
+    An area beyond the extent may be reported as none.
+    """
     algebra = job.ev.algebra
-    mine = path if isinstance(path, Term) else algebra.literal(path)
-    look = algebra.pack(mine, sight.reach, sight.angle, sight.latency, target, acceleration, _theirs(job, other))
+    mine, near, oncoming = (
+        each if isinstance(each, Term) else algebra.literal(each) for each in (path, extent.near, extent.oncoming)
+    )
+    seen = (sight.reach, sight.angle, sight.latency)
+    plan = (target, acceleration, _theirs(job, other))
+    look = algebra.pack(mine, *seen, *plan, near, maximum(near, oncoming))
     return Conflict(*algebra.crossing(job.actor.index, other.index, look, len(fields(Conflict))))
 
 

@@ -23,10 +23,13 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import idm_acceleration, path_to_follow
 from cortex_dsl.semantics.acting.foreseeing import (
     GAP,
+    LEAST_LINE,
     LINE,
     MERGING_GAP,
+    SLACK,
     STANDING,
     Conflict,
+    Extent,
     Sight,
     braking,
     braking_helps,
@@ -36,7 +39,7 @@ from cortex_dsl.semantics.acting.foreseeing import (
     stopping_distance,
     throttle,
 )
-from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job, speed_to_stop
+from cortex_dsl.semantics.acting.job import SPEED_GAIN, STOPPING, Job, speed_to_stop
 from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
 from cortex_dsl.semantics.evaluation.seeing import unhidden
 from cortex_dsl.semantics.model.values import Actor
@@ -122,8 +125,9 @@ def give_way(job: Job) -> ir.Block:
     speed = job.speed() + idm_acceleration(job, path, BRISK, BRISK) / SPEED_GAIN
     answers, any_of = list[Answer](), job.ev.algebra.any_of
     off, askew = _beside(job, path)
+    extent = _extent(job, askew)
     for other in others(job.ev, job.actor):
-        conflict = foreseen(job, path, other, sight, target, throttle(job))
+        conflict = foreseen(job, path, other, sight, target, throttle(job), extent)
         answer = _answer(job, other, conflict, askew)
         speed = where(answer.stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
         answers.append(answer)
@@ -149,6 +153,18 @@ def _answer(job: Job, other: Actor, conflict: Conflict, askew: Term) -> Answer:
         goes=crosses & ~in_time & ~helps,
         backs=(crosses | comes) & soon & _is_at_edge(job, conflict),
     )
+
+
+def _extent(job: Job, askew: Term) -> Extent:
+    """Return the distance from which on an area neither asks for a stop now nor lowers the speed.
+
+    The stop is in time, and its speed is no less than the greatest that the model behind other actors gives.
+    """
+    speed = abs(job.speed())
+    most = speed + job.number("max_acceleration", BRISK) / SPEED_GAIN
+    room = maximum(most * most / (2.0 * STOPPING), most / SPEED_GAIN)
+    near = maximum(LINE + STOP_PREVIEW * speed + room, stopping_distance(job) + (LEAST_LINE + askew)) + SLACK
+    return Extent(near, near)
 
 
 def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:

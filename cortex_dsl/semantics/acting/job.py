@@ -181,11 +181,11 @@ class Job:
 
     def braking(self, pedal: Term) -> ir.Take:
         """Brake for one step; where pedals keep their position, the pedal is released afterwards."""
-        command = Command.STOP if self.ev.file.settings.pedals_stay else Command.BRAKE
+        command = Command.STOP if self.ev.file.settings.given.pedals_stay else Command.BRAKE
         return ir.Take(self.call.span, ((command, pedal),))
 
     def abort_unless(self, condition: Term, name: str) -> ir.Block:
         """Make the run invalid where a condition fails; nothing to do where it is known to hold."""
         if isinstance(condition, ir.Literal) and condition.value:
             return ()
-        return (ir.Demand(self.call.span, condition, self.ev.file.rule(self.call.span, name, RuleKind.ABORT)),)
+        return (ir.Demand(self.call.span, condition, self.ev.file.run.rule(self.call.span, name, RuleKind.ABORT)),)

@@ -23,7 +23,7 @@ from cortex_dsl.semantics.errors.runs import (
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.over_run import judged
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.state import FileContext
+from cortex_dsl.semantics.model.state import FileContext, FileFacts
 from cortex_dsl.semantics.names.tree import atoms, is_timed, subformulas
 from cortex_dsl.semantics.quantities.algebra import (
     Operation,
@@ -48,7 +48,7 @@ from engine.vocabulary import OBJECTIVES, RuleKind, Sense, TemporalOp
 
 def expect(ev: Evaluator, node: nodes.Expect) -> None:
     """The conditions of its atoms, and how far they hold."""
-    _declare(ev, node, ir.Objective(Sense.EXPECT, _name_of(ev.file, node, node.condition), ev.file.line(node.span)))
+    _declare(ev, node, ir.Objective(Sense.EXPECT, _name_of(ev.facts, node, node.condition), ev.facts.line(node.span)))
     here, conditions = judged(ev), ev.run.built.rule_conditions
     for atom in atoms(node.condition):
         condition = numbers.truth(here, here.evaluate(atom), atom.span)
@@ -61,7 +61,7 @@ def optimize(ev: Evaluator, node: nodes.Optimize) -> None:
     value = numbers.quantity(judged(ev, over=True).evaluate(node.value), node.value.span, f"what `{node.sense}` takes")
     if any(changes(part) and not isinstance(part, ir.Local) for part in parts(value.expr)):
         raise NOT_ONE_NUMBER.mistake(node.value.span, sense=node.sense)
-    name, line = _name_of(ev.file, node, node.value), ev.file.line(node.span)
+    name, line = _name_of(ev.facts, node, node.value), ev.facts.line(node.span)
     _declare(ev, node, ir.Objective(Sense[node.sense.upper()], name, line, value.dimension or PURE))
     ev.run.built.objectives[node.span] = value.expr
 
@@ -70,22 +70,22 @@ def _declare(ev: Evaluator, node: nodes.Expect | nodes.Optimize, made: ir.Object
     """Declare the objective, which is the same in all variants, and refuse a second one of its name."""
     if made.name in OBJECTIVES:
         raise TAKEN_NAME.mistake(node.span, name=made.name)
-    first = next((span for span, (_, known) in ev.file.objectives.items() if known.name == made.name), node.span)
+    first = next((span for span, (_, known) in ev.file.run.objectives.items() if known.name == made.name), node.span)
     if first != node.span:
         first_here = (Label(first, "first here"),)
         raise DUPLICATE.mistake(node.span, secondary=first_here, what="the objective", name=made.name)
-    ev.file.objectives.setdefault(node.span, (node, made))
+    ev.file.run.objectives.setdefault(node.span, (node, made))
 
 
-def _name_of(file: FileContext, node: nodes.Expect | nodes.Optimize, said: nodes.Expression) -> str:
+def _name_of(facts: FileFacts, node: nodes.Expect | nodes.Optimize, said: nodes.Expression) -> str:
     if node.name and not node.name.isprintable():
         raise NOT_ONE_LINE.mistake(node.span, name=ascii(node.name)[1:-1])
-    return node.name or _in_words(file, said)
+    return node.name or _in_words(facts, said)
 
 
-def _in_words(file: FileContext, said: nodes.Expression) -> str:
+def _in_words(facts: FileFacts, said: nodes.Expression) -> str:
     """An expression as it is written, on one line."""
-    return file.source.words(said.span)
+    return facts.source.words(said.span)
 
 
 def _behind(atom: nodes.Expression) -> Span:
@@ -158,7 +158,7 @@ def _may_be_infinite(side: Term) -> bool:
 def objectives_of(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Objective, ...]:
     """Return the objectives in the order of the file; report those that no run, or every run, breaks."""
     found = []
-    for node, made in file.objectives.values():
+    for node, made in file.run.objectives.values():
         if isinstance(node, nodes.Expect):
             known = Folder(file, conditions).formula(node.condition)
             _report(file, node, known, conditions, has_end=has_end)
@@ -172,8 +172,8 @@ def _report(
     file: FileContext, node: nodes.Expect, known: ir.Formula | bool, conditions: Conditions, *, has_end: bool
 ) -> None:
     span = node.condition.span
-    if file.overrides or file.settings.stream is not None:
-        return  # a value fixed on the command line is no error of the file
+    if file.is_pinned:
+        return
     if known is True:
         file.findings.add(NEVER_BROKEN.at(span))
     elif known is False:
@@ -181,7 +181,7 @@ def _report(
     elif not is_timed(node.condition):
         if not any(map(is_dynamic, seen(node, conditions))):
             return  # it is constant in time, such as one of params
-        words = _in_words(file, node.condition)
+        words = _in_words(file.facts, node.condition)
         joined = isinstance(node.condition, nodes.BoolOp)
         file.findings.add(AT_THE_START.at(span, condition=f"({words})" if joined else words))
     elif not has_end and (waiting := waiting_part(node.condition)) is not None:
@@ -191,8 +191,8 @@ def _report(
 def _formula(file: FileContext, node: nodes.Expression) -> ir.Formula:
     """Return the whole formula, including known parts: their robustness still matters."""
     if not is_timed(node):
-        name = _in_words(file, node)
-        truth, number = (file.rule(at, name, RuleKind.WATCH) for at in (node.span, _behind(node)))
+        name = _in_words(file.facts, node)
+        truth, number = (file.run.rule(at, name, RuleKind.WATCH) for at in (node.span, _behind(node)))
         return ir.Formula(TemporalOp.ATOM, watch=truth, margin=number)
     operator = node.operator if isinstance(node, nodes.Temporal | nodes.BoolOp) else "not"
     first, *others = [_formula(file, part) for part in subformulas(node)]

@@ -1,9 +1,10 @@
 """Other actors as the models of safe driving see them: on the actor's way, crossing it, or on a neighbouring lane."""
 
 import math
+from collections.abc import Callable
 
 from cortex_dsl.semantics.acting.braking import MARGIN, STANDSTILL, closing_speed
-from cortex_dsl.semantics.acting.foreseeing import SAME_WAY, Conflict, Sight, braking_helps, can_stop, foreseen
+from cortex_dsl.semantics.acting.foreseeing import Conflict, Extent, Sight, braking_helps, can_stop, foreseen
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
 from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
@@ -13,7 +14,7 @@ from cortex_dsl.semantics.evaluation.seeing import unhidden
 from cortex_dsl.semantics.model.values import Actor, Pose
 from cortex_dsl.semantics.quantities.algebra import Term, cos, path_distance, path_pose, path_project, sin, where
 from engine.frozen import frozen
-from engine.vocabulary import State
+from engine.vocabulary import SAME_WAY, State
 
 
 @frozen
@@ -66,9 +67,9 @@ class Beside:
         return (self.along > SAME_WAY) & (self.speed > STANDSTILL) & (self.apart > 0.0) & (self.nearing > STANDSTILL)
 
 
-def seen_by(job: Job, other: Actor) -> Seen:
+def seen_by(job: Job, other: Actor, extent: Extent) -> Seen:
     still = job.ev.algebra.literal(0.0)
-    conflict = foreseen(job, -1.0, other, Sight.of(job), job.speed(), still)
+    conflict = foreseen(job, -1.0, other, Sight.of(job), job.speed(), still, extent)
     present, closing = is_present(job.ev, other), closing_speed(job, other, conflict)
     in_lane = present & conflict.exists & (conflict.is_ahead | conflict.comes)
     crosses = present & conflict.crosses & conflict.coincides(MARGIN) & (conflict.enter > 0.0)
@@ -110,5 +111,6 @@ def _left_of(path: Term, s: Term, pose: Pose) -> Term:
     return (pose.y - y) * cos(heading) - (pose.x - x) * sin(heading)
 
 
-def partners_of(job: Job) -> list[Seen]:
-    return [seen_by(job, other) for other in others(job.ev, job.actor)]
+def partners_of(job: Job, extent: Callable[[Actor], Extent]) -> list[Seen]:
+    """Return the other actors; `extent` of each: how far away an area of conflict with it matters."""
+    return [seen_by(job, other, extent(other)) for other in others(job.ev, job.actor)]

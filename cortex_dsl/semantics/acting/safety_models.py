@@ -28,13 +28,18 @@ from cortex_dsl.semantics.acting.braking import (
     STANDSTILL,
     Targets,
     blocked,
+    ground_speed,
     inner_acts,
+    is_target,
     moves,
     stays_close,
     waits,
 )
 from cortex_dsl.semantics.acting.foreseeing import (
+    EVERYWHERE,
     LEAST_LINE,
+    SLACK,
+    Extent,
     Sight,
 )
 from cortex_dsl.semantics.acting.job import Job
@@ -82,7 +87,7 @@ compares them.
 
 def responsibility(job: Job) -> ir.Block:
     """Another behaviour; the proper response while a situation is dangerous."""
-    seen = partners_of(job)
+    seen = partners_of(job, lambda other: _extent_of_response(job, other))
     dangerous = job.ev.algebra.any_of([_is_dangerous(job, each) for each in seen]) & moves(job)
     needed = job.ev.algebra.literal(0.0)
     for each in seen:
@@ -94,6 +99,15 @@ def responsibility(job: Job) -> ir.Block:
     braking = maximum(needed, job.number("least_braking", LEAST_BRAKING))
     brake = _brake(job, dangerous | _must_wait(job), braking)
     return (ir.TryInterrupt(job.call.span, inner_acts(job), ((dangerous, (brake,)),)),)
+
+
+def _extent_of_response(job: Job, other: Actor) -> Extent:
+    """Return the greatest distances of definitions 1 and 2, and those at which `least_braking` no longer suffices."""
+    mine, theirs = abs(job.speed()), ground_speed(job, other)
+    near = _stopping(job, mine, _least(job)) + (LEAST_LINE + SLACK)
+    oncoming = _stopping(job, mine, IN_LANE_BRAKING) + _stopping(job, theirs, _least(job))
+    both = (mine + theirs) * (mine + theirs) / (2.0 * _least(job))
+    return Extent(near, maximum(oncoming, both) + SLACK)
 
 
 def _is_dangerous(job: Job, seen: Seen) -> Term:
@@ -177,9 +191,13 @@ HORIZON = 4.0
 
 def careful_driver(job: Job) -> ir.Block:
     """Another behaviour; the brakes of UN R157's careful human driver while there is a risk."""
-    seen, sight = partners_of(job), Sight.of(job)
+    numbers = {other.index: job.ev.run.new_local() for other in others(job.ev, job.actor)}
+    seen = partners_of(job, lambda other: _extent_of_risk(job, other).unless(is_target(job, numbers[other.index])))
+    sight = Sight.of(job)
     risks = [_is_risk(job, each) for each in seen]
-    targets = Targets.of(job, risks, [is_present(job.ev, each.other) & each.conflict.exists for each in seen])
+    targets = Targets.of(
+        job, [*numbers.values()], risks, [is_present(job.ev, each.other) & each.conflict.exists for each in seen]
+    )
     risk = job.ev.algebra.any_of(risks) & moves(job)
     stays = job.ev.algebra.any_of([stays_close(job, each.other, sight) for each in seen])
     goes_on = stays | targets.block(job, [(each.other, each.conflict) for each in seen]) | blocked(job)
@@ -189,6 +207,12 @@ def careful_driver(job: Job) -> ir.Block:
     near = job.ev.algebra.any_of([each.in_lane & (each.gap < job.speed() * CRITICAL) for each in seen])
     brakes = risk | goes_on
     return _after_a_while(job, risk, late, brakes | near, where(brakes, hardest, 0.0), targets)
+
+
+def _extent_of_risk(job: Job, other: Actor) -> Extent:
+    """Return the greatest distances of a risk, or of an actor ahead behind which the driver does not speed up."""
+    speed = abs(job.speed())
+    return Extent(speed * HORIZON + SLACK, (speed + ground_speed(job, other)) * CRITICAL + SLACK)
 
 
 def _is_risk(job: Job, seen: Seen) -> Term:
@@ -217,7 +241,8 @@ SPARE = 0.1
 
 def fuzzy_safety(job: Job) -> ir.Block:
     """Another behaviour; brakes by how unsafe the fuzzy model finds the situation."""
-    seen = partners_of(job)
+    # An actor that merges is a risk only while no area with it is known, wherever that area is.
+    seen = partners_of(job, lambda _: EVERYWHERE)
     braking = job.ev.algebra.literal(0.0)
     for each in seen:
         braking = maximum(braking, _reaction(job, each))

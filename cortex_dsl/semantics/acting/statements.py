@@ -1,7 +1,6 @@
 """The statements of a file's top level and of a scenario's setup, run in order for one variant."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.names import (
@@ -16,7 +15,7 @@ from cortex_dsl.semantics.errors.names import (
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import CALLED_BEHAVIOUR, MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
 from cortex_dsl.semantics.errors.scene import EGO_NOT_OBJECT, SCENIC_MAP, SCENIC_MODEL
-from cortex_dsl.semantics.evaluation import maps, numbers, signals, surroundings
+from cortex_dsl.semantics.evaluation import maps, numbers, seeing, signals
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
@@ -40,9 +39,10 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name, spoken_unit
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.names.tree import SYSTEM, is_timed
 from cortex_dsl.semantics.quantities.bounds import closed_value, margin_of, weight_of
-from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
+from cortex_dsl.semantics.quantities.units import PURE, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -118,7 +118,7 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
             ev.scope[entry.name] = value
         elif maps.read_named(ev, value, entry.span):
             continue
-        if entry.name == "timestep" and ev.file.from_scenic:
+        if entry.name == "timestep" and ev.facts.from_scenic:
             _take_timestep(ev, Given(value, entry.value.span))
         else:
             _note_idle_param(ev, entry)
@@ -126,14 +126,14 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
 
 def _take_timestep(ev: Evaluator, given: Given) -> None:
     """Scenic's simulators step as this param says; `simulation(time_step=...)` comes first."""
-    if given.value is not POISON and ev.file.settings.time_step is None:
-        step = known_number(ev, given, TIME, "`timestep`", *TIME_STEPS)
-        ev.file.settings = replace(ev.file.settings, time_step=step)
+    if given.value is not POISON and ev.file.settings.given.time_step is None:
+        step = known_number(ev, given, Domain("`timestep`", TIME, *TIME_STEPS))
+        ev.file.settings.put(time_step=step)
 
 
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
     if entry.name == "map":
-        road = ev.file.default_road
+        road = ev.facts.default_road
         ev.report(SCENIC_MAP.at(entry.span, reason=reasons_for_road(road), road=map_line(road)))
     elif entry.name in MAP_PARAMS and "map" in ev.run.params:
         return  # said of the map itself
@@ -172,7 +172,7 @@ def _set(ev: Evaluator, argument: Given) -> None:
     if name == "scenario":
         _check_text(name, argument)
         return
-    ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
+    ev.file.settings.put(**{name: _setting(ev, name, argument)})
 
 
 def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
@@ -183,10 +183,10 @@ def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
         return _stream(_check_text(name, argument), span)
     if name == "max_attempts":
         attempts = whole_number(ev, value, span, "`max_attempts`")
-        in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
+        in_range(ev, ev.algebra.literal(float(attempts)), Domain("`max_attempts`", PURE, 1.0, 1e9), span)
         return attempts
     low, high = TIME_STEPS if name == "time_step" else (1e-4, 1e5)
-    return known_number(ev, argument, TIME, f"`{name}`", low, high)
+    return known_number(ev, argument, Domain(f"`{name}`", TIME, low, high))
 
 
 def _check_text(name: str, argument: Given) -> str:
@@ -208,11 +208,11 @@ def _stream(text: str, span: Span) -> str:
     return text
 
 
-def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str, low: float, high: float) -> float:
-    """A constant inside its legal range."""
-    expr = numbers.adopt(ev, argument.value, dimension, argument.span, what)
-    value = ev.constant(Quantity(expr, dimension), argument.span, what)
-    in_range(ev, ev.algebra.literal(value), low, high, dimension, argument.span, what)
+def known_number(ev: Evaluator, argument: Given, domain: Domain) -> float:
+    """Return a constant inside its legal range."""
+    expr = numbers.adopt(ev, argument.value, domain.dimension, argument.span, domain.name)
+    value = ev.constant(Quantity(expr, domain.dimension), argument.span, domain.name)
+    in_range(ev, ev.algebra.literal(value), domain, argument.span)
     return value
 
 
@@ -221,14 +221,17 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
         return  # it speaks of the run
     probability = soft_probability(ev, node.probability)
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
-    name = node.name or ev.file.source.words(node.condition.span)
+    name = node.name or ev.facts.source.words(node.condition.span)
     margin = margin_of(condition, ev.run.compared)
-    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
+    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes.infos)
     ev.run.built.requirements.append(
-        ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit)
+        ir.Requirement(condition, probability, name, ev.facts.line(node.span), *margin, unit)
     )
     weight = weight_of(condition, ev.truth_of(condition), certain=probability == 1.0)
-    ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
+    ev.file.scene.weights[node.condition.span] = weight.joined(ev.file.scene.weights.get(node.condition.span))
+
+
+TIME_LIMIT = Domain("the time of `terminate after`", TIME, 1e-4, 1e5)
 
 
 def soft_probability(ev: Evaluator, node: nodes.Expression | None) -> float:
@@ -246,18 +249,18 @@ def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
     amount = Given(ev.evaluate(node.amount), node.amount.span)
     if node.in_steps:
         steps = whole_number(ev, amount.value, amount.span, "a number of steps")
-        in_range(ev, ev.algebra.literal(float(steps)), 1.0, 1e9, PURE, amount.span, "a number of steps")
-        ev.file.max_steps = steps
+        in_range(ev, ev.algebra.literal(float(steps)), Domain("a number of steps", PURE, 1.0, 1e9), amount.span)
+        ev.file.settings.max_steps = steps
         return
-    seconds = known_number(ev, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
-    ev.file.settings = replace(ev.file.settings, max_time=seconds)
+    seconds = known_number(ev, amount, TIME_LIMIT)
+    ev.file.settings.put(max_time=seconds)
 
 
 def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
     """A condition over the running simulation; evaluated with everything that the file defines."""
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     ev.run.built.rule_conditions[node.span, RuleKind.TERMINATE] = condition
-    ev.file.rule(node.span, node.name or ev.file.source.words(node.condition.span))
+    ev.file.run.rule(node.span, node.name or ev.facts.source.words(node.condition.span))
     if closed_value(condition) not in (None, 0.0):
         ev.report(NEVER_RUNS.at(node.condition.span))
 
@@ -332,7 +335,7 @@ TOP_LEVEL: Mapping[type, Run] = {
     nodes.Model: _model,
     nodes.Simulation: _simulation,
     nodes.Signals: signals.set_up,
-    nodes.Environment: surroundings.set_environment,
+    nodes.Environment: seeing.set_environment,
     nodes.Require: _require,
     nodes.RequireMonitor: require_monitor,
     nodes.TerminateAfter: _terminate_after,

@@ -14,8 +14,8 @@ from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.acts import CLOCK_TOLERANCE
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
-from cortex_dsl.semantics.acting.statements import known_number, required_monitor
-from cortex_dsl.semantics.composition.setting_up import place_of, set_up, surely_first
+from cortex_dsl.semantics.acting.statements import TIME_LIMIT, known_number, required_monitor
+from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import (
     LATER_TEMPORAL,
@@ -33,11 +33,9 @@ from cortex_dsl.semantics.model.values import Actor, Instance, ScenarioCall, Sce
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, assigned_names
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.config import SimulationConfig
 from engine.frozen import frozen
 from engine.vocabulary import Turns
 
@@ -95,7 +93,7 @@ class Coroutine:
             except Mistake as mistake:
                 body.ev.report(mistake)
                 continue
-            name = statement.name or body.ev.file.source.words(statement.condition.span)
+            name = statement.name or body.ev.facts.source.words(statement.condition.span)
             yield holds, bodies.abort_rule(body.ev, statement.span, name)
 
     def _refuse(self, body: Body, statement: nodes.Statement, word: str, reason: str, cure: str) -> None:
@@ -161,17 +159,17 @@ class Coroutine:
         """`terminate when` ends the scenario, `terminate simulation when` the run."""
         if not node.simulation:
             return ir.Leave(node.span, "return", scope)
-        name = node.name or body.ev.file.source.words(node.condition.span)
-        return ir.Terminate(node.span, body.ev.file.rule(node.span, name))
+        name = node.name or body.ev.facts.source.words(node.condition.span)
+        return ir.Terminate(node.span, body.ev.file.run.rule(node.span, name))
 
     def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> Term:
         algebra, scene = body.ev.algebra, place(body.ev, self.composer.instance)
         amount = Given(scene.evaluate(node.amount), node.amount.span)
         if node.in_steps:
             number_of = scene.constant(numbers.quantity(amount.value, amount.span), amount.span, "a number of steps")
-            seconds = number_of * (scene.file.settings.time_step or SimulationConfig().time_step)
+            seconds = number_of * scene.file.settings.time_step
         else:
-            seconds = known_number(scene, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
+            seconds = known_number(scene, amount, TIME_LIMIT)
         start = body.ev.run.new_local()
         clock.append(ir.SetLocal(node.span, start, algebra.time()))
         passed = algebra.time() - algebra.local(start)
@@ -260,7 +258,7 @@ class Composer(Inliner):
     def over(self, body: Body, node: nodes.Terminate) -> ir.Block:
         if node.simulation or self.instance is self.ev.run.root:
             words = "terminate simulation" if node.simulation else "terminate"
-            return (ir.Terminate(node.span, self.ev.file.rule(node.span, f"`{words}` in {self.owner}")),)
+            return (ir.Terminate(node.span, self.ev.file.run.rule(node.span, f"`{words}` in {self.owner}")),)
         return (ir.Leave(node.span, "return", body.scope),)
 
     def _child(self, value: Value, node: nodes.Expression, moment: Moment) -> "Child":
@@ -342,3 +340,36 @@ def composer_of(parent: Composer | Evaluator, scenario: ScenarioValue, instance:
         scenarios=(*around, scenario),
         first=surely_first(scenario.node.compose),
     )
+
+
+# -- the scenario that the run is --------------------------------------------------------------------------------------
+
+
+def set_up_run(ev: Evaluator) -> Composer | None:
+    """Set up the scenario that the run is; None where the top level is all."""
+    node = ev.facts.entry
+    if node is None:
+        number(ev.run)
+        return None
+    root, scenario = ev.run.root, ev.names.get(node.name)
+    if not isinstance(scenario, ScenarioValue):
+        number(ev.run)
+        return None  # it was said that something else has its name
+    root.name = node.name
+    set_up(ev, scenario, root, {})
+    return composer_of(ev, scenario, root)
+
+
+def run_by(composer: Composer) -> None:
+    """Work out the coroutine of the scenario that the run is; it is over when its `compose` is."""
+    node, span = composer.node, composer.node.name_span
+    body = composer.body()
+    before, during = composer.guarded(body, span)
+    demands = (ir.Demand(span, holds, rule) for holds, rule in before)
+    acts = body.block(node.compose) or (ir.Loop(span, composer.ev.algebra.truth(True), (ir.Wait(span),)),)
+    end: ir.Block = ()
+    if node.compose:
+        end = (ir.Terminate(span, composer.ev.file.run.rule(span, f"the end of {node.name}")),)
+    block = (*demands, ir.Scope(span, node.name, body.scope, acts, during), *end)
+    monitor = ir.Monitor(node.name, block, Turns.BEFORE_RULES, span)
+    composer.ev.run.built.monitors[composer.instance.monitor] = monitor

@@ -12,18 +12,22 @@ Source: Scenic 3 reference, "Modular Scenario Definition", and its tutorial "Com
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 
+from cortex_dsl.semantics.acting.bodies import of_same_dimension
 from cortex_dsl.semantics.acting.statements import TOP_LEVEL, Run
-from cortex_dsl.semantics.composition.overriding import override
-from cortex_dsl.semantics.errors.names import NOT_IN_FILE, NOT_IN_IMPORT
+from cortex_dsl.semantics.errors.names import NOT_IN_FILE, NOT_IN_IMPORT, UNKNOWN_PROPERTY
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
-from cortex_dsl.semantics.errors.runs import NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
+from cortex_dsl.semantics.errors.runs import CANNOT_OVERRIDE, NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
+from cortex_dsl.semantics.errors.values import OVERRIDDEN_AND_SET, WRONG_KIND
 from cortex_dsl.semantics.evaluation import making, mutation
-from cortex_dsl.semantics.interpreter import control, functions
+from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.evaluation.making import checked
+from cortex_dsl.semantics.interpreter import control
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import VariantState
 from cortex_dsl.semantics.model.values import (
     POISON,
+    Actor,
     BehaviourValue,
     Function,
     Instance,
@@ -32,11 +36,14 @@ from cortex_dsl.semantics.model.values import (
     ScenarioValue,
     Value,
 )
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.linking import ImportedFile
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import assigned, bound_name, everything_in, speaks_of_run
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.vocabulary import ActorKind
 
 # -- files -------------------------------------------------------------------------------------------------------------
 
@@ -112,13 +119,13 @@ def _definitions(ev: Evaluator, statements: Sequence[nodes.Statement]) -> dict[s
             case nodes.ScenarioDefinition(name=name):
                 found[name] = ScenarioValue(statement, ev.home)
             case nodes.FunctionDefinition(name=name):
-                found[name] = functions.function(ev, statement, _execute)
+                found[name] = control.function(ev, statement, _execute)
     return found
 
 
 def _names_of(ev: Evaluator, span: Span) -> tuple[ImportedFile, dict[str, Value]]:
     """The file behind an import statement, and its variables."""
-    file = ev.file.imports.get(span)
+    file = ev.facts.imports.get(span)
     if file is None:
         raise Mistake  # the file was not read
     if file.name not in ev.run.imported:
@@ -161,7 +168,7 @@ def _import_from(ev: Evaluator, node: nodes.ImportFrom) -> None:
 def _function(ev: Evaluator, node: nodes.FunctionDefinition) -> None:
     """Those of the top level are known from its start."""
     if not isinstance(ev.scope.get(node.name), Function):
-        ev.scope[node.name] = functions.function(ev, node, _execute)
+        ev.scope[node.name] = control.function(ev, node, _execute)
 
 
 def _class(ev: Evaluator, node: nodes.ClassDefinition) -> None:
@@ -178,7 +185,7 @@ STATEMENTS: Mapping[type, Run] = {
     nodes.Assert: control.check_assertion,
     nodes.Break: control.leave,
     nodes.Continue: control.leave,
-    nodes.Return: functions.return_,
+    nodes.Return: control.return_,
 }  # type: ignore[dict-item]
 
 COMPOUND: Mapping[type, Callable[..., None]] = {
@@ -300,3 +307,79 @@ def surely_first(statements: Sequence[nodes.Statement]) -> frozenset[Span]:
         if not isinstance(statement, nodes.Assign | nodes.Pass | nodes.Require | nodes.ExpressionStatement):
             return frozenset()
     return frozenset()
+
+
+# -- `override x with property value` ----------------------------------------------------------------------------------
+
+
+SETTLED = ("name", "allowCollisions", "regionContainedIn", "requireVisible")
+"""Properties that are used before the run only."""
+
+
+def override(ev: Evaluator, node: nodes.Override, instance: Instance) -> None:
+    """Override properties of an object.
+
+    Raises:
+        Mistake: it is no object, or the property cannot change.
+    """
+    target = ev.evaluate(node.target)
+    if not isinstance(target, Actor):
+        raise WRONG_KIND.mistake(
+            node.target.span, what="what is overridden", expected="an object", actual=kind_name(target), cure=""
+        )
+    for specifier in node.specifiers:
+        if not isinstance(specifier, nodes.With):
+            raise CANNOT_OVERRIDE.mistake(
+                specifier.span,
+                name="the place of an object",
+                here="",
+                reason="its place follows from its motion",
+                cure="override its behavior, as in `override x with behavior B()`",
+            )
+        _property(ev, target, specifier, instance)
+
+
+def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance) -> None:
+    name = node.property
+    if name not in (*PROPERTIES, *FLAGS, *IGNORED) and name not in target.properties:
+        suggestion = did_you_mean(name, {*all_properties(), *target.properties})
+        raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=f"`{target.name}`", name=name, suggestion=suggestion)
+    own = name not in all_properties() and instance is not ev.run.root
+    if own:
+        _override_own(ev, target, node, instance)
+        return
+    _check_can_change(ev, node, instance)
+    may_act = target.plain or target.kind is not ActorKind.OBSTACLE
+    value = checked(ev, name, ev.evaluate(node.value), node.value.span, may_act=may_act)
+    if name == "behavior" and instance is not ev.run.root:
+        call = None if value is None else as_behaviour(value, node.value.span)
+        target.overrides.append((instance.monitor, call))
+    else:
+        target.properties[name] = value
+
+
+def _override_own(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance) -> None:
+    """Override a property of the file's own: reads during the run see the value of the running scenario."""
+    name = node.property
+    if name in ev.facts.attributes_set:
+        raise OVERRIDDEN_AND_SET.mistake(node.property_span, name=name)
+    value = of_same_dimension(name, target.properties[name], ev.evaluate(node.value), node.value.span)
+    target.overridden.setdefault(name, []).append((instance.monitor, value))
+
+
+def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> None:
+    name = node.property
+    if name == "speed":
+        reason, cure = "how fast it is follows from what it does", "override its behavior"
+        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
+    if name in SETTLED:
+        reason, cure = "it is used only before the run", "set it where the object is made"
+        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
+    if name not in ("behavior", *IGNORED) and instance is not ev.run.root:
+        raise CANNOT_OVERRIDE.mistake(
+            node.property_span,
+            name=name,
+            here="by a scenario that another one starts",
+            reason="it is the same from the first sample to the last",
+            cure="set it where the object is made; only `behavior` can change during the run",
+        )

@@ -12,6 +12,7 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, Value
 from cortex_dsl.semantics.model.wording import kind_name, range_text
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Parameter
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import PURE, example
 from cortex_dsl.source import Span
@@ -131,7 +132,7 @@ def number_for(ev: Evaluator, parameter: Parameter, argument: Given) -> Term:
     assert parameter.dimension is not None
     what = f"`{parameter.name}`"
     expr = adopt(ev, argument.value, parameter.dimension, argument.span, what, usage(parameter))
-    return in_range(ev, expr, parameter.low, parameter.high, parameter.dimension, argument.span, what)
+    return in_range(ev, expr, Domain(what, parameter.dimension, parameter.low, parameter.high), argument.span)
 
 
 def usage(parameter: Parameter) -> str:

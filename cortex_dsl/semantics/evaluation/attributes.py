@@ -1,28 +1,29 @@
 """`x.name`: attributes of lanes, maneuvers, intersections, the network, places and objects."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
-from cortex_dsl.semantics.errors.runs import NOT_STARTED, ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN, NOT_STARTED, ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.scene import NOT_ON_GRID
 from cortex_dsl.semantics.errors.values import LAST_ACTIONS
 from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals
-from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
-from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
-from cortex_dsl.semantics.evaluation.roads import ROAD, region_of_intersections
-from cortex_dsl.semantics.model.areas import Area, Coordinates, Velocity
+from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, position, state
+from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
+from cortex_dsl.semantics.evaluation.roads import ROAD, network_of, region_of_intersections
+from cortex_dsl.semantics.model.areas import Area, Coordinates, Elements, RoadSection, Velocity
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.elements import Elements, RoadSection
-from cortex_dsl.semantics.model.lists import Items
 from cortex_dsl.semantics.model.values import (
     Actor,
     Centerline,
+    Closure,
     DirectionField,
     EnumValue,
     GlobalParameters,
+    Items,
     LaneNow,
     Namespace,
     Pose,
@@ -38,13 +39,107 @@ from cortex_dsl.semantics.model.values import (
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term, where
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
-from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.network import (
+    TRAFFIC_LIGHT,
+    Intersection,
+    Lane,
+    LaneGroup,
+    LaneRole,
+    Maneuver,
+    Network,
+    Road,
+    RoadSign,
+)
 from engine.road.sections import LaneSection, group_of, opposite_group, road_of
-from engine.road.signs import TRAFFIC_LIGHT, RoadSign
 from engine.vocabulary import ManeuverType, State
+
+# -- attributes at points ----------------------------------------------------------------------------------------------
+
+
+def lane_under(ev: Evaluator, place: Value) -> Value:
+    """The lane at a point, whatever its direction, or on which an object or an oriented point lies."""
+    if isinstance(place, Actor):
+        return lane_at(ev, current_pose(ev, place))
+    if isinstance(place, Pose):
+        return lane_at(ev, place)
+    point = position(ev, place, ev.algebra.span, "the point whose lane is needed")
+    if (only := _only_lane(ev, point)) is not None:
+        return only
+    return lane_at(ev, Pose(point.x, point.y, ev.algebra.literal(math.nan)))
+
+
+def _only_lane(ev: Evaluator, point: Vector) -> Lane | None:
+    """Return the lane at a known point if no other lane covers it; all of its attributes are then available."""
+    x, y = closed_value(point.x), closed_value(point.y)
+    if x is None or y is None:
+        return None
+    network = network_of(ev)
+    found = [lane for lane in network.lanes if network.regions.contains(lane.region, x, y)]
+    return found[0] if len(found) == 1 else None
+
+
+Point = tuple[float, float]
+
+
+def _intersection(network: Network, at: Lane | Point) -> Value:
+    if isinstance(at, Lane):
+        return at.intersection if at.role is LaneRole.CONNECTING else None
+    return next((each for each in network.intersections if network.regions.contains(each.region, *at)), None)
+
+
+def _of_lane(find: Callable[[Lane], Value]) -> Callable[[Network, Lane | Point], Value]:
+    def found(network: Network, at: Lane | Point) -> Value:
+        if isinstance(at, Lane):
+            return find(at)
+        lanes = (lane for lane in network.lanes if network.regions.contains(lane.region, *at))
+        return next(map(find, lanes), None)
+
+    return found
+
+
+_KINDS: Mapping[str, Callable[[Network, Lane | Point], Value]] = {
+    "roadAt": _of_lane(road_of),
+    "laneGroupAt": _of_lane(group_of),
+    "intersectionAt": _intersection,
+}
+
+
+def _known(ev: Evaluator, place: Value, name: str) -> Lane | Point:
+    """Return the lane on which an object was placed, or a point with known coordinates.
+
+    Raises:
+        Mistake: only the run knows it, or it is no place.
+    """
+    where = current_pose(ev, place) if isinstance(place, Actor) else place
+    if isinstance(where, Pose) and isinstance(lane := chosen(where.lane), Lane):
+        return lane
+    point = position(ev, where, ev.algebra.span, f"the argument of `{name}`")
+    x, y = closed_value(point.x), closed_value(point.y)
+    if x is None or y is None:
+        suggestion = "ask at a point that is known before the run, as in `(3 m, 40 m)`"
+        raise LANE_OF_THE_RUN.mistake(ev.algebra.span, name=name, suggestion=suggestion)
+    return x, y
+
+
+def _asked(ev: Evaluator, name: str) -> Closure:
+    return Closure(("point",), lambda place: _KINDS[name](network_of(ev), _known(ev, place, name)))
+
+
+AT_POINTS: Mapping[str, Callable[[Evaluator, Network], Value]] = {
+    "laneAt": lambda ev, _: Closure(("point",), lambda point: lane_under(ev, point)),
+    "laneSectionAt": lambda ev, _: Closure(("point",), lambda point: as_section(lane_under(ev, point))),
+    "roadAt": lambda ev, _: _asked(ev, "roadAt"),
+    "laneGroupAt": lambda ev, _: _asked(ev, "laneGroupAt"),
+    "intersectionAt": lambda ev, _: _asked(ev, "intersectionAt"),
+}
+
+
+# -- attributes --------------------------------------------------------------------------------------------------------
+
 
 Entry = TypeVar("Entry")
 

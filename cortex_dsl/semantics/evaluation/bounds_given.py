@@ -72,7 +72,7 @@ def check_order(name: str, low: float | None, high: float | None, span: Span) ->
 def in_order(ev: Evaluator, name: str, bounds: list[Given], span: Span) -> list[Given]:
     """Bounds of a `Range`; a reversed one means the same in Scenic's files, which is said."""
     low, high = (plain(bound) for bound in bounds[-2:])
-    if ev.file.from_scenic and low is not None and high is not None and low > high and name.endswith("Range"):
+    if ev.facts.from_scenic and low is not None and high is not None and low > high and name.endswith("Range"):
         ev.report(TURNED_RANGE.at(span, low=f"{high:g}", high=f"{low:g}"))
         return bounds[::-1]
     return bounds

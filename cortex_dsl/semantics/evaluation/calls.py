@@ -46,6 +46,7 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term, wrapped
 from cortex_dsl.semantics.quantities.bounds import is_dynamic
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE
@@ -63,7 +64,7 @@ def scenic_steering(ev: Evaluator, steer: Given) -> Term:
         return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
     cure = "a share of the full angle, from -1 to 1, or an angle; as in `steer=5 deg`"
     share = numbers.adopt(ev, given, PURE, steer.span, "`steer`", cure)
-    share = in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
+    share = in_range(ev, share, Domain("`steer`", PURE, -1.0, 1.0), steer.span)
     return -(share * geometry.size_of(ev.moment.actor, "maxSteer"))
 
 
@@ -155,7 +156,7 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     assert row.command is not None
     if row.name == "SetWalkingDirectionAction":
         return ActionCall(row.command, _turn_into(ev, bound[parameter.name], span), row.name)
-    if row.command is Command.STEER and ev.file.from_scenic:
+    if row.command is Command.STEER and ev.facts.from_scenic:
         return ActionCall(row.command, scenic_steering(ev, bound[parameter.name]), row.name)
     if row.command is Command.REVERSE:
         reverse = bound[parameter.name]

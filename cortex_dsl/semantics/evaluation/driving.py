@@ -42,7 +42,7 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS
+from cortex_dsl.semantics.names.properties import ACTOR_KINDS
 from cortex_dsl.semantics.quantities.algebra import Term, cos, equal, region_contains, sin, where
 from cortex_dsl.semantics.quantities.units import LENGTH, TIME
 from cortex_dsl.source import Span

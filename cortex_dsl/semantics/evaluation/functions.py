@@ -16,8 +16,7 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of, number_for
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.lists import Items, Kept
-from cortex_dsl.semantics.model.values import Actor, Closure, Function, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import Actor, Closure, Function, Items, Kept, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.tree import everything_in
@@ -186,9 +185,9 @@ def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value
     if closure.body is None or not _is_of_the_road(ev, closure, closure.body, among):
         return _kept(ev, closure, among, predicate.span)
     key = closure.body.span, tuple(among)
-    if key not in ev.file.filtered:
-        ev.file.filtered[key] = _kept(ev, closure, among, predicate.span)
-    return ev.file.filtered[key]
+    if key not in ev.file.roads.filtered:
+        ev.file.roads.filtered[key] = _kept(ev, closure, among, predicate.span)
+    return ev.file.roads.filtered[key]
 
 
 def _kept(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -> tuple[Value, ...]:
@@ -209,9 +208,9 @@ def _is_of_the_road(ev: Evaluator, closure: Closure, body: nodes.Expression, amo
         return False
     if not all(isinstance(item, Lane | Maneuver | Intersection) for item in among):
         return False
-    if body.span not in ev.file.uses_road:
-        ev.file.uses_road[body.span] = _uses_road(body, closure.parameters)
-    return ev.file.uses_road[body.span]
+    if body.span not in ev.file.roads.is_about_road:
+        ev.file.roads.is_about_road[body.span] = _uses_road(body, closure.parameters)
+    return ev.file.roads.is_about_road[body.span]
 
 
 def _uses_road(body: nodes.Expression, parameters: Sequence[str]) -> bool:

@@ -37,9 +37,9 @@ from engine.vocabulary import Distribution, GeneKind
 
 def param_value(ev: Evaluator, entry: nodes.ParamEntry) -> Value:
     """The value of one `NAME = value` of a `param` statement."""
-    if entry.name in ev.file.overrides:
+    if entry.name in ev.facts.overrides:
         try:
-            return _overridden(ev, entry, ev.file.overrides[entry.name])
+            return _overridden(ev, entry, ev.facts.overrides[entry.name])
         except Mistake as mistake:
             raise _from_command_line(mistake, entry.name) from None
     call = random_values.distribution_call(ev, entry.value)
@@ -105,7 +105,7 @@ class _Request:
         bounds_given.check_order(self.distribution, low, high, self.site.span)
         unit = "" if self.site.unit is None else self.site.unit.word
         gene = self._info(GeneKind.INTEGER, unit, float(low), float(high), Distribution.UNIFORM)
-        if self.site.span not in self.ev.file.expanded:
+        if self.site.span not in self.ev.file.choice_plan.expanded:
             return self._value(gene, unit)
         check_count(high - low + 1, self.site.span)
         dimension = None if self.site.unit is None else self.site.unit.dimension
@@ -132,7 +132,7 @@ class _Request:
         )
         index = self._register(gene)
         numeric = all(isinstance(option.value, Quantity) for option in options)
-        if not numeric or self.site.span in self.ev.file.expanded:
+        if not numeric or self.site.span in self.ev.file.choice_plan.expanded:
             return finite.choose(self.ev, options, self.site, index)
         values, dimension = finite.option_numbers(options, self.site.span)
         known = [value.expr.value for value in values if isinstance(value.expr, ir.Literal)]
@@ -160,10 +160,10 @@ class _Request:
         return Quantity(self.ev.algebra.gene(index), UNITS[unit].dimension if unit else None)
 
     def _register(self, gene: ir.GeneInfo) -> int:
-        known = self.ev.file.genes.setdefault(gene.name, gene)
-        if known != gene:
+        number = self.ev.file.genes.number(gene)
+        if number is None:
             raise GENE_VARIES.mistake(self.site.span, name=self.param)
-        return self.ev.file.gene_index(gene.name)
+        return number
 
     def _written(self, arguments: Sequence[Given]) -> tuple[str, list[float]]:
         """The unit of the file for this gene, and the numbers in it."""

@@ -24,8 +24,8 @@ from cortex_dsl.semantics.model.values import (
     Sighted,
     Value,
     Vector,
+    View,
 )
-from cortex_dsl.semantics.model.views import View
 from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
@@ -78,12 +78,12 @@ NORTH = math.pi / 2
 
 def as_written(ev: Evaluator, heading: Term) -> Term:
     """Return a heading in the convention of the file [rad]: from north in Scenic's files, from east otherwise."""
-    return heading - NORTH if ev.file.from_scenic else heading
+    return heading - NORTH if ev.facts.from_scenic else heading
 
 
 def as_meant(ev: Evaluator, written: Term) -> Term:
     """A heading that the file gives as a number, from the east."""
-    return written + NORTH if ev.file.from_scenic else written
+    return written + NORTH if ev.facts.from_scenic else written
 
 
 def state(ev: Evaluator, actor: Actor, column: State) -> Term:
@@ -119,7 +119,7 @@ def outline_of(ev: Evaluator, actor: Actor) -> Term:
 
 # -- places -----------------------------------------------------------------------------------------------------------
 def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
-    if len(items) == 3 and ev.file.from_scenic:
+    if len(items) == 3 and ev.facts.from_scenic:
         return _on_the_ground(ev, items, span)
     if len(items) != 2:
         raise WRONG_KIND.mistake(

@@ -12,8 +12,8 @@ from cortex_dsl.semantics.errors.problems import NeedsExpansion, Rejection
 from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
+from cortex_dsl.semantics.model.areas import RoadSection
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.elements import RoadSection
 from cortex_dsl.semantics.model.values import (
     Centerline,
     Closure,

@@ -16,15 +16,16 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import geometry, lanes
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
+from cortex_dsl.semantics.model.areas import Elements
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.elements import Elements
-from cortex_dsl.semantics.model.lists import Items, Kept
 from cortex_dsl.semantics.model.values import (
     POISON,
     Centerline,
     Closure,
     DirectionField,
     Effect,
+    Items,
+    Kept,
     Quantity,
     Value,
     Vector,

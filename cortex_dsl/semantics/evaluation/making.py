@@ -1,4 +1,7 @@
-"""The properties of an object while it is made: those given, then the defaults of its classes, then of its kind."""
+"""The properties of an object while it is made: those given, then the defaults of its classes, then of its kind.
+
+Each is stored as a value of the right kind, inside its legal range.
+"""
 
 import difflib
 import math
@@ -14,18 +17,31 @@ from cortex_dsl.semantics.errors.names import (
     UNKNOWN_PROPERTY,
 )
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.runs import OBSTACLE_BEHAVIOUR
 from cortex_dsl.semantics.errors.scene import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
-from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
+from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN, WRONG_KIND
 from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
 from cortex_dsl.semantics.evaluation.attributes import property_value
+from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.placements import Placement
-from cortex_dsl.semantics.evaluation.property_values import checked, refuse_scenic_only
+from cortex_dsl.semantics.evaluation.ranges import within
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
-from cortex_dsl.semantics.model.wording import shown
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS, LOW, PLACED, PLACES
-from cortex_dsl.semantics.names.properties import FLAGS, MODEL_FIELDS, PROPERTIES, SCENIC_ONLY, all_properties
+from cortex_dsl.semantics.model.wording import kind_name, shown
+from cortex_dsl.semantics.names.properties import (
+    ACTOR_KINDS,
+    FLAGS,
+    IGNORED,
+    LOW,
+    MODEL_FIELDS,
+    PLACED,
+    PLACES,
+    PROPERTIES,
+    SCENIC_ONLY,
+    all_properties,
+)
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import SPEED, UNITS
@@ -34,6 +50,53 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
+
+# -- values of properties ----------------------------------------------------------------------------------------------
+
+
+def refuse_scenic_only(name: str, span: Span, kind: str) -> None:
+    """Refuse a property that means something to Scenic and nothing here, where any other name may be the file's own."""
+    if name in SCENIC_ONLY:
+        raise UNKNOWN_PROPERTY.mistake(span, kind=kind, name=name, suggestion=SCENIC_ONLY[name])
+
+
+def checked(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) -> Value:
+    """A value of a property, as it is stored."""
+    if name in IGNORED:
+        return None
+    if name in FLAGS:
+        return _flag(ev, name, value, span, may_act=may_act)
+    if name not in PROPERTIES:
+        return value
+    spec = PROPERTIES[name]
+    if spec.truth:
+        return numbers.truth(ev, value, span)
+    expr = numbers.adopt(ev, value, spec.dimension, span, f"`{name}`")
+    return within(ev, expr, spec, span, f"`{name}`")
+
+
+def _flag(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) -> Value:
+    if name == "behavior":
+        return _behaviour(value, span, may_act=may_act)
+    if name in ("allowCollisions", "requireVisible"):
+        return known_truth(ev, value, span, f"`{name}`")
+    if name == "name" and not isinstance(value, str):
+        raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
+    return value
+
+
+def _behaviour(value: Value, span: Span, *, may_act: bool) -> Value:
+    if value is None:
+        return None
+    behaviour = as_behaviour(value, span)
+    if behaviour is None:
+        raise WRONG_KIND.mistake(
+            span, what="`behavior`", expected="a behavior", actual=kind_name(value), cure="as in `FollowLaneBehavior()`"
+        )
+    if not may_act:
+        raise OBSTACLE_BEHAVIOUR.mistake(span)
+    return behaviour
+
 
 SCENIC_SIZES: Mapping[ActorKind, Mapping[str, float]] = {
     ActorKind.CAR: {"length": 4.5, "width": 2.0},
@@ -244,7 +307,7 @@ class ObjectBuilder:
 
         It is set on an `Object`, or the file reads it.
         """
-        if not (self.plain or name in self.ev.file.attributes_read) or name in attributes.RUNNING_ATTRIBUTES:
+        if not (self.plain or name in self.ev.facts.attributes_read) or name in attributes.RUNNING_ATTRIBUTES:
             return False
         return not difflib.get_close_matches(name, (*all_properties(), *self.defaults), 1, SLIP)
 
@@ -293,12 +356,12 @@ class ObjectBuilder:
             return algebra.literal(0.0) if name == "speed" else None
         if name == "fixed":
             return self.number("mass") > model.fixed_above
-        if name == "occluding" and self.ev.file.from_scenic:
+        if name == "occluding" and self.ev.facts.from_scenic:
             return algebra.truth(True)  # as in Scenic, where all objects do
         if name == "occluding" and self.builtin in LOW:
             return algebra.truth(False)
         default: Term = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
-        scenic = SCENIC_SIZES.get(self.kind, {}) if self.ev.file.from_scenic else {}
+        scenic = SCENIC_SIZES.get(self.kind, {}) if self.ev.facts.from_scenic else {}
         if name in scenic:
             return algebra.literal(scenic[name])
         if name not in ("wheelbase", "rearToCenter"):

@@ -20,8 +20,7 @@ from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
-from engine.errors import CortexError
-from engine.interchange.contract import InterchangeError
+from engine.errors import CortexError, InterchangeError
 from engine.maps import KINDS, MapFile, MapSpec
 from engine.road.build import MAKERS, wrong_numbers
 
@@ -69,7 +68,7 @@ def _file(ev: Evaluator, node: nodes.Map) -> MapSpec:
             cure='as in `map opendrive("roads/town.xodr")`, relative to this file',
         )
     name, span = given[0].value, given[0].span
-    found = ev.file.find_map(name)
+    found = ev.facts.find_map(name)
     if found is None:
         raise NO_MAP_FILE.mistake(span, file=name)
     return _read(ev, name, found, span)
@@ -81,9 +80,9 @@ def read_named(ev: Evaluator, value: Value, span: Span) -> bool:
     Raises:
         Mistake: it cannot be read, or the road was used before.
     """
-    if not isinstance(value, str) or ev.file.has_map:
+    if not isinstance(value, str) or ev.facts.has_map:
         return False
-    found = value if value in ev.file.map_files else ev.file.find_map(value)
+    found = value if value in ev.file.roads.map_files else ev.facts.find_map(value)
     if found is None:
         return False
     if ev.run.built.network is not None:
@@ -94,18 +93,18 @@ def read_named(ev: Evaluator, value: Value, span: Span) -> bool:
 
 def _read(ev: Evaluator, name: str, found: str, span: Span) -> MapFile:
     """The specification of a file, which all variants share."""
-    if name not in ev.file.map_files:
+    if name not in ev.file.roads.map_files:
         from engine.road.opendrive.network import map_file
 
         try:
-            ev.file.map_files[name] = map_file(Path(found).resolve(), name)
+            ev.file.roads.map_files[name] = map_file(Path(found).resolve(), name)
         except OSError as error:
             reason = error.strerror or "it cannot be read"
             raise BAD_MAP_FILE.mistake(span, file=name, message=reason, cure="name a file that can be read") from error
         except CortexError as error:
             place = f"{error.place}: " if isinstance(error, InterchangeError) and error.place else ""
             raise BAD_MAP_FILE.mistake(span, file=name, message=f"{place}{error.message}", cure=error.cure) from error
-    return ev.file.map_files[name]
+    return ev.file.roads.map_files[name]
 
 
 # -- arguments ---------------------------------------------------------------------------------------------------------

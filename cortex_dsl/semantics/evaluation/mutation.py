@@ -17,6 +17,7 @@ from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Pose
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, normal_quantile
 from cortex_dsl.semantics.quantities.units import PURE
 from cortex_dsl.spelling import did_you_mean
@@ -65,8 +66,9 @@ def _statement(ev: Evaluator, name: str, node: nodes.New) -> nodes.Mutate | None
 def _scale(ev: Evaluator, node: nodes.Mutate) -> Term:
     if node.amount is None:
         return ev.algebra.literal(1.0)
-    scale = numbers.adopt(ev, ev.evaluate(node.amount), PURE, node.amount.span, "the scale of `mutate`")
-    return in_range(ev, scale, 0.0, math.inf, PURE, node.amount.span, "the scale of `mutate`")
+    domain = Domain("the scale of `mutate`", PURE)
+    scale = numbers.adopt(ev, ev.evaluate(node.amount), PURE, node.amount.span, domain.name)
+    return in_range(ev, scale, domain, node.amount.span)
 
 
 def _noisy(ev: Evaluator, number: Term, scale: Term, deviation: float) -> Term:

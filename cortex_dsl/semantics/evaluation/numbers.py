@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import islice
 from operator import ge, gt, le, lt
 
 from cortex_dsl import ir
@@ -130,7 +129,7 @@ def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: s
     if number.dimension is None:
         warn_of_slip(ev, number, dimension, span)
         if isinstance(number.expr, ir.Gene):
-            ev.file.gene_dimensions.setdefault(number.expr.index, set()).add(dimension)
+            ev.file.genes.dimensions.setdefault(number.expr.index, set()).add(dimension)
     elif number.dimension != dimension:
         raise DIMENSION_MISMATCH.mistake(
             span,
@@ -173,9 +172,8 @@ def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Sp
 def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> tuple[Span, tuple[Label, ...]]:
     """Return the place of a missing unit (the param's line if the number is a param), and labels for other places."""
     if not isinstance(number.expr, ir.Gene):
-        return span, range_labels(number.expr, ev.file.genes)
-    gene = next(islice(ev.file.genes.values(), number.expr.index, None))
-    return gene.span, (Label(span, f"taken for {dimension_name(dimension)}"),)
+        return span, range_labels(number.expr, ev.file.genes.infos)
+    return ev.file.genes.infos[number.expr.index].span, (Label(span, f"taken for {dimension_name(dimension)}"),)
 
 
 # -- arithmetic --------------------------------------------------------------------------------------------------------
@@ -280,7 +278,9 @@ def defined(ev: Evaluator, result: Term, span: Span, reason: str) -> Term:
     if is_undefined(result.op, within) or (value is not None and not math.isfinite(value)):
         known, (low, high) = closed_value(result.arguments[0]), within[0]
         operand = f"{low:g} to {high + 0.0:g}" if known is None else f"{known:g}"
-        raise NOT_FINITE.mistake(span, reason=reason.format(operand), secondary=range_labels(result, ev.file.genes))
+        raise NOT_FINITE.mistake(
+            span, reason=reason.format(operand), secondary=range_labels(result, ev.file.genes.infos)
+        )
     return result
 
 

@@ -21,10 +21,9 @@ from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_ori
 from cortex_dsl.semantics.evaluation.roads import ROAD
 from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector
-from cortex_dsl.semantics.model.views import View
+from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector, View
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES
+from cortex_dsl.semantics.names.properties import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -107,7 +106,7 @@ def _at_most_one(problem: Problem, node: nodes.New, found: Sequence[nodes.Specif
 def _new_place(ev: Evaluator, node: nodes.New, found: SpecifierGroups) -> Value:
     view = _own_view(ev, node, found.properties)
     zero = ev.algebra.literal(0.0)
-    north = as_meant(ev, zero) if ev.file.from_scenic else zero
+    north = as_meant(ev, zero) if ev.facts.from_scenic else zero
     placement = at_origin(ev)
     if found.places:
         placement = place(ev, found.places[0], Extent(zero, zero, lambda: _own_heading(ev, node, found, north), None))
@@ -239,7 +238,7 @@ def _pose_or_anywhere(ev: Evaluator, making: ObjectBuilder, node: nodes.New, pla
 
 def _let_change(ev: Evaluator, actor: Actor) -> None:
     """Give every property of the file's own that a behaviour assigns a place to change in."""
-    for name in sorted(ev.file.attributes_set & actor.properties.keys()):
+    for name in sorted(ev.facts.attributes_set & actor.properties.keys()):
         if isinstance(actor.properties[name], Quantity | Truth):
             cell = actor.cells[name] = Cell(ev.run.new_local(), ev.run.new_local())
             ev.run.built.zeroed |= {cell.assigned, cell.value}
@@ -247,7 +246,7 @@ def _let_change(ev: Evaluator, actor: Actor) -> None:
 
 def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:
     """Add the requirements of an object's specifiers: the region that contains it, and its visibility."""
-    line = ev.file.line(node.span)
+    line = ev.facts.line(node.span)
     own = None if placement.observed is not None else actor.properties.get("regionContainedIn")
     for region in (placement.contained, own):
         if region is not None:

@@ -1,12 +1,17 @@
 """Literals, names, lists, and the operators of arithmetic, comparison and logic."""
 
 import math
+from collections.abc import Iterable, Iterator
 from functools import partial
+from itertools import permutations
 from operator import add, and_, or_, sub
 
 from cortex_dsl import ir
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.ir import Dimension
 from cortex_dsl.semantics.errors.names import NOT_SUPPORTED, TEMPORAL_PLACE
 from cortex_dsl.semantics.errors.values import (
+    CONVERTED_TWICE,
     LIST_TOO_LONG,
     NEVER_EQUAL,
     NO_OPERATOR,
@@ -16,15 +21,14 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, over_run, random_values, signals
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.bounds_given import Site, scaled
-from cortex_dsl.semantics.evaluation.conversions import converted_twice
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.roads import named_constant
 from cortex_dsl.semantics.evaluation.texts import joined_text
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.lists import Items
 from cortex_dsl.semantics.model.values import (
     Actor,
     Closure,
+    Items,
     Pose,
     Quantity,
     Truth,
@@ -33,7 +37,8 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Constant, Term, equal, where
-from cortex_dsl.semantics.quantities.units import UNITS, Unit
+from cortex_dsl.semantics.quantities.bounds import closed_value
+from cortex_dsl.semantics.quantities.units import PURE, UNITS, Unit, dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
@@ -273,3 +278,50 @@ def implication(ev: Evaluator, node: nodes.Temporal) -> Value:
         raise TEMPORAL_PLACE.mistake(node.span, operator=node.operator, cure="")
     premise, conclusion = (numbers.truth(ev, ev.evaluate(part), part.span) for part in node.operands)
     return Truth(~premise | conclusion)
+
+
+# -- a class of the engine ---------------------------------------------------------------------------------------------
+
+
+NEAR = 1e-3
+"""Relative error of the digits that people write of a factor, such as 0.278 of 1/3.6."""
+
+
+def converted_twice(operator: str, left: Quantity, right: Quantity, node: nodes.Binary) -> Iterator[Diagnostic]:
+    """A warning for a product or quotient like `V * 3.6` or `a * pi / 180`, where `V` and `a` have their units."""
+    written, factor = node.left, closed_value(right.expr)
+    quantity, bare = left, right
+    if operator == "*" and left.dimension in (None, PURE):
+        written, factor = node.right, closed_value(left.expr)
+        quantity, bare = right, left
+    if bare.dimension is not None or quantity.dimension in (None, PURE) or not factor:
+        return
+    factor = 1.0 / factor if operator == "/" else factor
+    for start, end in _conversions(quantity.dimension, {factor, factor * _factor(written)}):
+        yield CONVERTED_TWICE.at(node.span, kind=dimension_name(quantity.dimension), start=start.word, end=end.word)
+        return
+
+
+def _conversions(dimension: Dimension, factors: Iterable[float]) -> Iterator[tuple[Unit, Unit]]:
+    """Yield the pairs of units between which one of the factors converts; whole ratios also have other uses."""
+    units = [unit for unit in UNITS.values() if unit.dimension == dimension]
+    for start, end in permutations(units, 2):
+        ratio = start.factor / end.factor
+        if any(math.isclose(each, round(each)) for each in (ratio, 1.0 / ratio)):
+            continue
+        if any(math.isclose(factor, ratio, rel_tol=NEAR) for factor in factors):
+            yield start, end
+
+
+def _factor(node: nodes.Expression) -> float:
+    """The product of the bare constants that a product or quotient is written with."""
+    match node:
+        case nodes.Binary(operator="*", left=left, right=right):
+            return _factor(left) * _factor(right)
+        case nodes.Binary(operator="/", left=left, right=right):
+            return _factor(left) / (_factor(right) or 1.0)
+        case nodes.Number(value=value, unit=None):
+            return value
+        case nodes.Name(id="pi"):
+            return math.pi
+    return 1.0

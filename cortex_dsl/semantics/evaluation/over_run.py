@@ -17,8 +17,7 @@ from cortex_dsl.semantics.quantities.algebra import rounded
 from cortex_dsl.semantics.quantities.units import PURE, TIME, UNITS, product
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.config import SimulationConfig
-from engine.named_results import NAMED_RESULTS
+from engine.judged import NAMED_RESULTS
 from engine.vocabulary import Reducer, RuleKind
 
 RESULTS = {row.name: row for row in NAMED_RESULTS}
@@ -42,12 +41,12 @@ def reduced(ev: Evaluator, reducer: str, node: nodes.Call) -> Value:
     value = argument.value
     value = Quantity(value.expr, PURE) if isinstance(value, Truth) else value
     number = numbers.quantity(value, argument.span, f"the argument of `{reducer}`")
-    name = ev.file.source.words(argument.span)
-    rule = ev.file.rule(argument.span, name, RuleKind.WATCH)
+    name = ev.facts.source.words(argument.span)
+    rule = ev.file.run.rule(argument.span, name, RuleKind.WATCH)
     ev.run.built.rule_conditions[argument.span, RuleKind.WATCH] = number.expr
     kind = Reducer[reducer.upper()]
     dimension = number.dimension if kind is not Reducer.TOTAL else product(number.dimension or PURE, TIME)
-    return Quantity(ev.algebra.local(ev.file.reading(ir.Reading(kind, rule))), dimension)
+    return Quantity(ev.algebra.local(ev.file.run.reading(ir.Reading(kind, rule))), dimension)
 
 
 def result(ev: Evaluator, node: nodes.Name) -> Value:
@@ -55,7 +54,7 @@ def result(ev: Evaluator, node: nodes.Name) -> Value:
     row = RESULTS[node.id]
     if row.of_pair and len(ev.run.built.actors) < 2:
         raise NOBODY_ELSE.mistake(node.span, name=row.name)
-    reading = ev.file.reading(ir.Reading(Reducer.RESULT, result=row.name))
+    reading = ev.file.run.reading(ir.Reading(Reducer.RESULT, result=row.name))
     return Quantity(ev.algebra.local(reading), UNITS[row.unit].dimension if row.unit else PURE)
 
 
@@ -75,7 +74,7 @@ OF_SIMULATION: dict[str, Callable[[Evaluator, SimulationNow], Value]] = {
 
 
 def _time_step(ev: Evaluator) -> float:
-    return ev.file.settings.time_step or SimulationConfig().time_step
+    return ev.file.settings.time_step
 
 
 MEANINGS: Mapping[str, Callable[..., Value]] = {"simulation": _simulation}

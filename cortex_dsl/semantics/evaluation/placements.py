@@ -90,9 +90,11 @@ def in_area(ev: Evaluator, area: Area, span: Span) -> Placement:
 
 
 def require_place(ev: Evaluator, condition: Term, span: Span) -> None:
-    words = ev.file.source.words(span)
-    ev.file.places[span] = ev.file.places.get(span, False) or ev.interval(condition)[1] > 0.0
-    ev.run.built.requirements.append(ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.file.line(span)))
+    words = ev.facts.source.words(span)
+    ev.file.scene.places[span] = ev.file.scene.places.get(span, False) or ev.interval(condition)[1] > 0.0
+    ev.run.built.requirements.append(
+        ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.facts.line(span))
+    )
 
 
 def on_centerline(ev: Evaluator, lane: Lane | LaneNow) -> Placement:

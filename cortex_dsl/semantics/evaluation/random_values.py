@@ -70,7 +70,7 @@ class Option:
 
 def uniform_options(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> list[Option]:
     no_names(name, given)
-    if len(given) == 1 and given[0].node is not None and isinstance(given[0].value, tuple) and not ev.file.from_scenic:
+    if len(given) == 1 and given[0].node is not None and isinstance(given[0].value, tuple) and not ev.facts.from_scenic:
         raise LIST_AS_OPTION.mistake(given[0].span, text=shortened(ev, given[0].span))
     return [_option(ev, g.value, g.span, 1.0, site, starred=g.node is None) for g in given]
 
@@ -93,7 +93,7 @@ def weighted_options(ev: Evaluator, name: str, given: Sequence[Given], site: Sit
 def _option(ev: Evaluator, value: Value, span: Span, weight: float, site: Site, *, starred: bool) -> Option:
     if site.unit is not None:
         value = scaled(Given(value, span), site.unit)
-    source = source_text(value) or ("" if starred else ev.file.source.slice(span))
+    source = source_text(value) or ("" if starred else ev.facts.source.slice(span))
     return Option(value, weight, source)
 
 
@@ -103,9 +103,14 @@ def pick(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
         raise Rejection(f"`{shortened(ev, site.span)}` has nothing to choose from", site.span)
     if len(options) == 1:
         return options[0].value
-    if all(isinstance(option.value, Quantity) for option in options) and site.span not in ev.file.expanded:
+    if all(isinstance(option.value, Quantity) for option in options) and site.span not in ev.file.choice_plan.expanded:
         return _numeric(ev, options, site)
-    if ev.file.draws_lanes and _are_lanes(options) and not ev.moment.running and site.span not in ev.file.expanded:
+    if (
+        ev.file.choice_plan.draws_lanes
+        and _are_lanes(options)
+        and not ev.moment.running
+        and site.span not in ev.file.choice_plan.expanded
+    ):
         return _lane(ev, options, site)
     return choose(ev, options, site)
 
@@ -123,7 +128,7 @@ def _lane(ev: Evaluator, options: Sequence[Option], site: Site) -> LaneNow:
 
 
 def shortened(ev: Evaluator, span: Span, width: int = 60) -> str:
-    text = ev.file.source.words(span)
+    text = ev.facts.source.words(span)
     return text if len(text) <= width else text[: width - 3] + "..."
 
 
@@ -287,7 +292,7 @@ def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site
     bounds_given.check_order(name, low, high, site.span)
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
-    if site.span in ev.file.expanded:
+    if site.span in ev.file.choice_plan.expanded:
         check_count(high - low + 1, site.span)
         written = (Quantity(float(n) * factor, dimension) for n in range(low, high + 1))
         return choose(ev, [Option(value, 1.0, source_text(value) or "") for value in written], site)

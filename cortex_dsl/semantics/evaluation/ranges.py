@@ -19,20 +19,14 @@ from cortex_dsl.semantics.quantities.units import SPEED
 from cortex_dsl.source import Span
 
 
-def in_range(
-    ev: Evaluator, expr: Term, low: float, high: float, dimension: ir.Dimension, span: Span, what: str, *,
-    above: bool = False,
-) -> Term:  # fmt: skip
+def in_range(ev: Evaluator, expr: Term, domain: Domain, span: Span) -> Term:
     """Return the expression if it is in its legal range; for a random value, add the requirement that it stays there.
-
-    `above` excludes the lower end.
 
     Raises:
         Mistake: it is, or may become, illegal.
     """
-    domain = Domain(what.replace("`", ""), dimension, low, high, above)
-    if not isinstance(within(ev, expr, domain, span, what), ir.Literal) and not is_dynamic(expr):
-        require(ev, inside(ev, expr, domain), f"{domain.name} within its domain", span)
+    if not isinstance(within(ev, expr, domain, span, domain.name), ir.Literal) and not is_dynamic(expr):
+        require(ev, inside(ev, expr, domain), f"{domain.name.replace('`', '')} within its domain", span)
     return expr
 
 
@@ -61,7 +55,7 @@ def within(ev: Evaluator, expr: Term, domain: Domain, span: Span, what: str) -> 
         what=what,
         actual=shown(least if too_low else greatest, domain.dimension),
         expected=range_text(domain.low, domain.high, domain.dimension, domain.above),
-        secondary=range_labels(expr, ev.file.genes) if value is None else (),
+        secondary=range_labels(expr, ev.file.genes.infos) if value is None else (),
         cure=(
             "turn the object with `facing` to have it drive the other way"
             if too_low and domain.dimension == SPEED
@@ -93,6 +87,6 @@ def require(ev: Evaluator, condition: Term | None, name: str, span: Span) -> Non
     """Require a condition of the scene, once."""
     if condition is None:
         return
-    found, known = ir.Requirement(condition, 1.0, name, ev.file.line(span)), ev.run.built.requirements
+    found, known = ir.Requirement(condition, 1.0, name, ev.facts.line(span)), ev.run.built.requirements
     if found not in known:
         known.append(found)

@@ -54,7 +54,7 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
     Raises:
         Mistake: another variant has another road.
     """
-    networks = ev.file.networks
+    networks = ev.file.roads.networks
     if networks and spec not in networks:
         raise MAP_VARIES.mistake(span)
     if spec not in networks:
@@ -87,7 +87,7 @@ def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:
     """Return a message on traffic lights and signs of a map that no driver obeys, and the cure; None without any."""
     lights = len({sign.id for sign in network.signs if sign.is_traffic_light})
     signs = len({sign.id for sign in network.signs if not sign.is_traffic_light})
-    if ev.file.default_signals is not None or ev.file.has_plan:
+    if ev.facts.default_signals is not None or ev.facts.has_plan:
         lights = 0
     found = [
         f"{count} {noun}{'s'[: count != 1]}" for count, noun in ((lights, "traffic light"), (signs, "sign")) if count
@@ -105,7 +105,7 @@ def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:
 def network_of(ev: Evaluator) -> Network:
     """The network of this variant; the default one where the file has no map."""
     if ev.run.built.network is None:
-        ev.run.built.network = network_for(ev, ev.file.default_road, ev.algebra.span)
+        ev.run.built.network = network_for(ev, ev.facts.default_road, ev.algebra.span)
     return ev.run.built.network
 
 
@@ -127,7 +127,7 @@ def _single_intersection(ev: Evaluator, span: Span) -> Value:
     intersections = network_of(ev).intersections
     if len(intersections) == 1:
         return intersections[0]
-    if intersections and ev.file.from_scenic:
+    if intersections and ev.facts.from_scenic:
         return region_of_intersections(ev, span)
     if intersections:
         raise NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))

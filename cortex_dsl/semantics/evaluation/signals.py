@@ -34,6 +34,7 @@ from cortex_dsl.semantics.model.state import (
 )
 from cortex_dsl.semantics.model.values import Actor, Colour, Pose, Signal, Value
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Operand, Term, equal, floor, path_project, where
 from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
@@ -41,8 +42,7 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.road.lights import lit_arms, signs_at
-from engine.road.network import Intersection, Lane
-from engine.road.signs import RoadSign
+from engine.road.network import Intersection, Lane, RoadSign
 from engine.vocabulary import State
 
 ARGUMENTS = ("green", "yellow", "all_red", "offset")
@@ -95,7 +95,7 @@ def _plan(ev: Evaluator, given: dict[str, Given]) -> SignalPlan:
             return ev.algebra.literal(default)
         what, argument = f"`{name}` of the lights", given[name]
         expr = numbers.adopt(ev, argument.value, TIME, argument.span, what)
-        return in_range(ev, expr, low, 1e5, TIME, argument.span, what, above=above)
+        return in_range(ev, expr, Domain(what, TIME, low, 1e5, above), argument.span)
 
     green, yellow = time("green", DEFAULT_GREEN, 0.0, above=True), time("yellow", DEFAULT_YELLOW, 0.0)
     plan = SignalPlan(green, yellow, time("all_red", DEFAULT_ALL_RED, 0.0), time("offset", 0.0, -1e5))
@@ -111,13 +111,13 @@ def _controls(ev: Evaluator) -> Controls:
 
 def _code(ev: Evaluator) -> str:
     """The text of the file without comments."""
-    return re.sub(r"#[^\n]*", "", ev.file.source.text)
+    return re.sub(r"#[^\n]*", "", ev.facts.source.text)
 
 
 def plan_of(ev: Evaluator) -> SignalPlan | None:
     """Return the plan of the lights; a script with one of Scenic's maps that reads lights gets a default plan."""
-    if ev.run.built.signals is None and ev.file.default_signals is not None:
-        ev.report(SCENIC_SIGNALS.at(ev.file.default_signals))
+    if ev.run.built.signals is None and ev.facts.default_signals is not None:
+        ev.report(SCENIC_SIGNALS.at(ev.facts.default_signals))
         ev.run.built.signals = _plan(ev, {})
     return ev.run.built.signals
 

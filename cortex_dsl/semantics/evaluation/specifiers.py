@@ -24,6 +24,7 @@ from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Quantity, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, option_name, shown
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     cos,
@@ -54,7 +55,7 @@ def _at(ev: Evaluator, node: nodes.At, extent: Extent) -> Placement:
     point = geometry.position(ev, value, node.position.span, "what follows `at`")
     # Scenic 3 takes the place alone: a vehicle then heads along the road, all else north. Where the road is known to
     # lead as the point heads, its lane is still known.
-    taken = not ev.file.from_scenic or (extent.faces_road and pose is not None and pose.lane is not None)
+    taken = not ev.facts.from_scenic or (extent.faces_road and pose is not None and pose.lane is not None)
     if pose is None or not taken:
         return Placement(point, None)
     return Placement(point, pose.heading, lane=pose.lane)
@@ -219,16 +220,16 @@ def _along(ev: Evaluator, node: nodes.Before, available: float, place: Intersect
     if ev.interval(by)[1] < 0.0:
         raise OTHER_SIDE.mistake(
             span, word=_word(node), other="before" if _word(node) == "after" else "after",
-            region=ev.file.source.slice(node.region.span), distance=shown(-ev.interval(by)[1], LENGTH),
+            region=ev.facts.source.slice(node.region.span), distance=shown(-ev.interval(by)[1], LENGTH),
         )  # fmt: skip
-    by = in_range(ev, by, 0.0, float("inf"), LENGTH, span, what)
+    by = in_range(ev, by, Domain(what, LENGTH), span)
     _keep_on_way(ev, node, by, available, place)
     return by
 
 
 def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float, place: Intersection) -> None:
     """There is no place beyond the trajectory: an error where it surely lies there, a requirement where it may."""
-    region, limit, word = ev.file.source.slice(node.region.span), shown(available, LENGTH), _word(node)
+    region, limit, word = ev.facts.source.slice(node.region.span), shown(available, LENGTH), _word(node)
     bounds, sooner = ("ends", "later") if word == "after" else ("starts", "earlier")
     of_file = isinstance(place.network.spec, MapFile)
     remedy = f"a trajectory that {bounds} {sooner}" if of_file else "a longer `approach` in `map`"
@@ -254,9 +255,9 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float, 
             )
         )
     condition = by <= available
-    text = ev.file.source.words(node.span)
+    text = ev.facts.source.words(node.span)
     ev.run.built.requirements.append(
-        ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span))
+        ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.facts.line(node.span))
     )
 
 

@@ -8,11 +8,11 @@ from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import Meaning, known_truth
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.lists import Items
 from cortex_dsl.semantics.model.values import (
     Actor,
     BuiltinValue,
     ClassValue,
+    Items,
     Pose,
     Quantity,
     Truth,
@@ -20,7 +20,7 @@ from cortex_dsl.semantics.model.values import (
     Vector,
 )
 from cortex_dsl.semantics.model.wording import NAMED, kind_name, number_text, option_name
-from cortex_dsl.semantics.names.classes import CLASSES
+from cortex_dsl.semantics.names.properties import CLASSES
 from cortex_dsl.semantics.quantities.algebra import ceil, floor, maximum, minimum
 from cortex_dsl.semantics.quantities.units import PURE, si_word
 from cortex_dsl.source import Span

@@ -1,9 +1,6 @@
-"""Loops, branches and assertions at the top level, in the setup of a scenario and in functions.
+"""Loops, branches, assertions and functions: the statements that the compiler runs."""
 
-Their conditions must be known at compile time; each round uses steps of the file's single budget.
-"""
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.names import ASSERTION
@@ -12,7 +9,8 @@ from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.lists import unpack
-from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import Function, Value
 from cortex_dsl.semantics.quantities.bounds import margin_of
 from cortex_dsl.syntax import nodes
 from engine.errors import Signal
@@ -87,9 +85,9 @@ def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
         if not condition.value:
             raise ASSERTION.mistake(node.condition.span, reason=_message(ev, node))
         return
-    name = node.name or ev.file.source.words(node.condition.span)
+    name = node.name or ev.facts.source.words(node.condition.span)
     margin = margin_of(condition, ev.run.compared)
-    ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.file.line(node.span), *margin))
+    ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.facts.line(node.span), *margin))
 
 
 def _message(ev: Evaluator, node: nodes.Assert) -> str:
@@ -99,3 +97,36 @@ def _message(ev: Evaluator, node: nodes.Assert) -> str:
     except Mistake:
         return node.name
     return message if isinstance(message, str) else node.name
+
+
+# -- functions of the file ---------------------------------------------------------------------------------------------
+
+
+class Returned(Leaving):
+    """`return`, on its way to the call."""
+
+    def __init__(self, value: Value) -> None:
+        super().__init__()
+        self.value = value
+
+
+def return_(ev: Evaluator, node: nodes.Return) -> None:
+    raise Returned(None if node.value is None else ev.evaluate(node.value))
+
+
+def function(ev: Evaluator, node: nodes.FunctionDefinition, run: Run) -> Function:
+    """The value of a definition."""
+
+    def apply(moment: Moment, arguments: Mapping[str, Value]) -> Value:
+        with ev.run.depth.call(node.name_span):
+            here = ev.framed(dict(arguments)).at_moment(moment)
+            for parameter in node.parameters:
+                if parameter.name not in here.scope and parameter.default is not None:
+                    here.scope[parameter.name] = ev.evaluate(parameter.default)
+            try:
+                block(here, node.body, run)
+            except Leaving as leaving:
+                return leaving.value if isinstance(leaving, Returned) else None
+            return None
+
+    return Function(node.name, node.parameters, apply)

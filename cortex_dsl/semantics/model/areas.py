@@ -1,4 +1,4 @@
-"""Regions that a file makes, such as circles and polygons: sampling of places in them, and their contents."""
+"""Regions that a file makes, such as circles and polygons, and the elements of a map by name."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
@@ -6,6 +6,7 @@ from dataclasses import field, replace
 from cortex_dsl.semantics.model.values import Value, Vector
 from cortex_dsl.semantics.quantities.algebra import Term
 from engine.frozen import frozen, frozen_identity
+from engine.road.network import Intersection, Lane, Network, Road
 
 Draw = Callable[[], Term]
 """A fresh uniform number of the scene."""
@@ -74,3 +75,32 @@ def convex(area: Area) -> Area:
 def all_or_nothing(name: str, truth: Term) -> Area:
     """`everywhere` or `nowhere`."""
     return Area(name, lambda _: truth, lambda _: truth)
+
+
+# -- elements of a map -------------------------------------------------------------------------------------------------
+
+
+Element = Road | Lane | Intersection
+
+
+@frozen
+class Elements:
+    """Elements of a network, accessible by name."""
+
+    network: Network
+
+    def by_name(self) -> Mapping[str, Element]:
+        """Roads and lanes as reports call them; intersections of a file so, and as Scenic calls them."""
+        network = self.network
+        named = (*network.roads, *network.connecting_roads, *network.lanes, *network.intersections)
+        by_name: dict[str, Element] = {each.name: each for each in named}
+        for each in network.intersections:
+            by_name.setdefault(each.name.replace("junction", "intersection"), each)
+        return by_name
+
+
+@frozen
+class RoadSection:
+    """All of a road: here it has one section, as its lanes have."""
+
+    road: Road

@@ -14,7 +14,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
 from cortex_dsl.semantics.errors.values import NOT_CONSTANT
-from cortex_dsl.semantics.model.state import FileContext, Scope, VariantState
+from cortex_dsl.semantics.model.state import FileContext, FileFacts, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import Algebra
@@ -86,6 +86,10 @@ class Evaluator:
     @property
     def file(self) -> FileContext:
         return self.run.file
+
+    @property
+    def facts(self) -> FileFacts:
+        return self.run.file.facts
 
     @property
     def names(self) -> dict[str, Value]:
@@ -241,7 +245,7 @@ class Evaluator:
     def _finite_sites(self, expression: ir.Expr) -> frozenset[Span] | None:
         """Return the places of the finite choices in an expression; None if it also depends on anything else."""
         sites = set()
-        genes = list(self.file.genes.values())
+        genes = self.file.genes.infos
         for leaf in leaves(expression):
             match leaf:
                 case ir.Literal():
@@ -258,7 +262,7 @@ class Evaluator:
         """Numbers between which the value of an expression surely lies."""
         if isinstance(expression, ir.Literal):
             return (expression.value, expression.value)
-        genes, pool = self.file.gene_bounds(), self.file.pool
+        genes, pool = self.file.genes.bounds, self.file.pool
 
         def bounds(part: ir.Expr, within: list[Interval]) -> Interval:
             if isinstance(part, ir.Apply) and part.op is Op.TABLE:

@@ -1,26 +1,186 @@
-"""State of elaboration: of the file as a whole and of one variant, with the fixed-time plan of its traffic lights."""
+"""State of elaboration: of the file as a whole, with its limits, and of one variant, with the plan of its lights."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from itertools import islice
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
-from cortex_dsl.semantics.errors.runs import TOO_MANY_BODIES
+from cortex_dsl.semantics.errors.runs import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
+from cortex_dsl.semantics.errors.values import ENDLESS_LAMBDA, TOO_MUCH_WORK
 from cortex_dsl.semantics.model.choices import Decisions, Pool
-from cortex_dsl.semantics.model.limits import Budget, Depth
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
 from cortex_dsl.semantics.quantities.algebra import Algebra, Term
 from cortex_dsl.semantics.quantities.bounds import Interval, Weight
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
+from engine.config import SimulationConfig
 from engine.control import Control
 from engine.frozen import frozen
 from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.program import Settings
 from engine.road.network import Network
 from engine.vocabulary import GeneKind, RuleKind
+
+# -- limits of every file ----------------------------------------------------------------------------------------------
+
+
+# -- how much ----------------------------------------------------------------------------------------------------------
+
+EVALUATION_LIMIT = 1_000_000
+"""How many expressions a file may evaluate, all variants together."""
+REPETITION_LIMIT = 100_000
+"""How many of them in the loops, lists and calls of one variant, where a short text may demand any number: a second at
+most, since editors compile a file at every key. The largest file of the tests takes 11,000, in all of its variants.
+"""
+COPIES = 64
+"""Number of copied items or characters that costs as much as one evaluation of an expression."""
+MUCH = 20
+"""Inverse share of all work below which a place is not the cause of an excess."""
+
+
+@dataclass
+class Budget:
+    """Cost of a file so far, and the place with the largest cost.
+
+    It is counted in expressions and never in seconds, so that a file compiles everywhere or nowhere.
+    """
+
+    evaluations: int = 0
+    repetitions: int = 0
+    """Evaluations in loops, lists and calls of this variant, without copies of items, which are fast."""
+    _reported: bool = False
+    """Whether the excess has been reported."""
+    _under_way: dict[Span, int] = field(default_factory=dict)
+    """Present repetitions, from the outside in, with the count at their start."""
+    _most: dict[Span, int] = field(default_factory=dict)
+    """Largest cost of one execution of each such place."""
+
+    def begin_variant(self) -> None:
+        """Count the loops, lists and calls of the next variant."""
+        self.repetitions = 0
+
+    def spend(self, span: Span, evaluations: int = 1) -> None:
+        """Count work. More than one evaluation at once is the work of a loop.
+
+        Raises:
+            Mistake: the limit is exceeded, which is reported once.
+        """
+        self.repetitions += evaluations if self._under_way or evaluations > 1 else 0
+        self._count(span, evaluations)
+
+    def copy(self, span: Span, count: int) -> None:
+        """`spend` for so many items or characters that are copied, before they are."""
+        self._count(span, count // COPIES)
+
+    def _count(self, span: Span, evaluations: int) -> None:
+        self.evaluations += evaluations
+        if self._reported:
+            raise Mistake
+        if (limit := self._exceeded) is not None:
+            self._reported = True
+            raise TOO_MUCH_WORK.mistake(self._heaviest(span), limit=f"{limit:,}")
+
+    @property
+    def _exceeded(self) -> int | None:
+        if self.repetitions >= REPETITION_LIMIT:
+            return REPETITION_LIMIT
+        return EVALUATION_LIMIT if self.evaluations >= EVALUATION_LIMIT else None
+
+    @contextmanager
+    def repeating(self, span: Span) -> Iterator[None]:
+        """Count the work of a loop, a list or a call at this place."""
+        if span in self._under_way:  # a function that calls itself
+            yield
+            return
+        before = self._under_way[span] = self.evaluations
+        try:
+            yield
+        finally:
+            del self._under_way[span]
+            self._most[span] = max(self.evaluations - before, self._most.get(span, 0))
+
+    def _heaviest(self, span: Span) -> Span:
+        """Return the place with the largest cost of one execution; the given place if no cost is large.
+
+        Among the places with at least half the largest cost, it is the cheapest: the others only repeat it a few times.
+        """
+        took = self._most | {place: self.evaluations - before for place, before in self._under_way.items()}
+        most = max(took.values(), default=0)
+        if most * MUCH < self.evaluations:
+            return span
+        heavy = (place for place, work in took.items() if 2 * work >= most)
+        return min(heavy, key=lambda place: (took[place], place.end - place.start))
+
+
+# -- how deep ----------------------------------------------------------------------------------------------------------
+
+CALL_LIMIT = 30
+"""Maximum nesting depth of function calls."""
+NESTING_LIMIT = 60
+"""Maximum nesting depth of blocks, including those of the behaviours that they run."""
+
+
+@dataclass
+class Depth:
+    """Nesting depth of the present place: in calls of functions, and in blocks of behaviours."""
+
+    calls: int = 0
+    """Number of nested function calls."""
+    given_up: bool = False
+    """Whether a call exceeded the limit; the surrounding calls then stop, since each would repeat the error."""
+    blocks: int = 0
+    """Number of nested blocks of behaviours."""
+    branches: int = 0
+    """Number of these blocks that are the `elif` remainder of a branch."""
+
+    @contextmanager
+    def call(self, span: Span) -> Iterator[None]:
+        """Count one level of function calls.
+
+        Raises:
+            Mistake: the limit is exceeded, which is reported once.
+        """
+        if self.given_up:
+            raise Mistake
+        if self.calls == CALL_LIMIT:
+            raise self._given_up(span)
+        self.calls += 1
+        try:
+            yield
+        except RecursionError:
+            raise self._given_up(span) from None
+        finally:
+            self.calls -= 1
+            self.given_up = self.given_up and self.calls > 0
+
+    def _given_up(self, span: Span) -> Mistake:
+        self.given_up = True
+        return ENDLESS_LAMBDA.mistake(span)
+
+    @contextmanager
+    def nested(self, span: Span, *, otherwise: bool = False) -> Iterator[None]:
+        """Count one level of blocks; `otherwise`: the branches after a branch.
+
+        Raises:
+            Mistake: the limit is exceeded.
+        """
+        if self.blocks == NESTING_LIMIT:
+            raise self._too_deep(span)
+        self.blocks += 1
+        self.branches += otherwise
+        try:
+            yield
+        finally:
+            self.blocks -= 1
+            self.branches -= otherwise
+
+    def _too_deep(self, span: Span) -> Mistake:
+        mostly_branches = 2 * self.branches > NESTING_LIMIT
+        counted, reason, cure = DEEP_BY_BRANCHES if mostly_branches else DEEP_BY_RUNNING
+        return TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT, counted=counted, reason=reason, cure=cure)
+
 
 # -- the plan of the traffic lights ------------------------------------------------------------------------------------
 
@@ -90,60 +250,118 @@ def no_maps(_: str) -> str | None:
     return None
 
 
-@dataclass
-class FileContext:
-    """State that all variants of a file share."""
+@frozen
+class FileFacts:
+    """Facts about the file and the command, known before the first variant."""
 
     source: Source
     overrides: Mapping[str, nodes.Expression]
     """`-p` values by param name; their spans are those of the params that they replace."""
-    imports: Mapping[Span, ImportedFile] = field(default_factory=dict)
+    imports: Mapping[Span, ImportedFile]
     """File of each import statement."""
-    default_road: RoadSpec = field(default_factory=RoadSpec)
+    default_road: RoadSpec
     """Road of a file without `map`."""
+    entry: nodes.ScenarioDefinition | None
+    """Scenario to run; None: only the top level."""
+    find_map: MapFinder
+    has_map: bool
+    """Whether the file has a `map` statement; a `param map` is ignored then."""
+    has_plan: bool
+    """Whether the file has a `signals` statement."""
+    default_signals: Span | None
+    """Line of a Scenic script that names a map with traffic lights."""
+    from_scenic: bool
+    """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
+    attributes_read: frozenset[str]
+    """Every name after a dot; a property that is read and is not built in belongs to the file."""
+    attributes_set: frozenset[str]
+    """Every attribute that the run may change."""
+
+    def line(self, span: Span) -> int:
+        """Return the line number of a place, counted through all files."""
+        return self.source.row(span.start)
+
+
+@frozen
+class ChoicePlan:
+    """Treatment of finite choices that need not become variants."""
+
     expanded: frozenset[Span] = frozenset()
     """Sites of numeric choices that are enumerated, because their values are needed concretely."""
     draws_lanes: bool = False
     """Whether lanes that are chosen at random are drawn with the scene, where no variant has to know them."""
-    findings: Findings = field(default_factory=Findings)
-    pool: Pool = field(default_factory=Pool)
-    genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
-    _gene_numbers: dict[str, int] = field(default_factory=dict)
-    _bounds: dict[int, Interval] = field(default_factory=dict)
-    """Bounds of the first `_bounded` genes."""
-    _bounded: int = 0
-    gene_dimensions: dict[int, set[ir.Dimension]] = field(default_factory=dict)
+
+
+@dataclass
+class RunSettings:
+    """Settings of the simulation, collected from the statements of the file."""
+
+    given: Settings
+    max_steps: int | None = None
+    """Number of steps in `terminate after N steps`."""
+
+    def put(self, **values: float | int | str) -> None:
+        """Replace settings by name."""
+        self.given = replace(self.given, **values)
+
+    @property
+    def time_step(self) -> float:
+        """Time step [s] of the file, else of the simulator."""
+        return self.given.time_step or SimulationConfig().time_step
+
+    def resolved(self) -> Settings:
+        """Return the settings with a limit in steps as a time."""
+        return self.given if self.max_steps is None else replace(self.given, max_time=self.max_steps * self.time_step)
+
+
+@dataclass
+class Genes:
+    """Genes in the order of the file; all variants number them alike."""
+
+    infos: list[ir.GeneInfo] = field(default_factory=list)
+    bounds: dict[int, Interval] = field(default_factory=dict)
+    """SI bounds of every gene that stands for its own value."""
+    dimensions: dict[int, set[ir.Dimension]] = field(default_factory=dict)
     """Dimensions of the places that use a gene without a unit, by the number of the gene."""
-    find_map: MapFinder = no_maps
-    has_map: bool = False
-    """Whether the file has a `map` statement; a `param map` is ignored then."""
+    _numbers: dict[str, int] = field(default_factory=dict)
+
+    def number(self, gene: ir.GeneInfo) -> int | None:
+        """Return the number of a gene, which is added if its name is new; None if another gene has the name."""
+        index = self._numbers.setdefault(gene.name, len(self.infos))
+        if index == len(self.infos):
+            self.infos.append(gene)
+            if gene.kind != GeneKind.INDEX:
+                self.bounds[index] = gene.low * gene.scale, gene.high * gene.scale
+        return index if self.infos[index] == gene else None
+
+
+@dataclass
+class RoadResults:
+    """Maps that were read, and results about their elements that no variant changes."""
+
     map_files: dict[str, MapFile] = field(default_factory=dict)
     """Map files that were found, by their names in this file."""
     networks: dict[MapSpec, Network] = field(default_factory=dict)
     filtered: dict[tuple[Span, tuple[Value, ...]], tuple[Value, ...]] = field(default_factory=dict)
     """Elements of the road that satisfy a condition, by the place of the condition and the items."""
-    uses_road: dict[Span, bool] = field(default_factory=dict)
+    is_about_road: dict[Span, bool] = field(default_factory=dict)
     """Whether a condition is about elements of the road, by its place."""
-    settings: Settings = field(default_factory=Settings)
-    entry: nodes.ScenarioDefinition | None = None
-    """Scenario to run; None: only the top level."""
-    budget: Budget = field(default_factory=Budget)
-    max_steps: int | None = None
-    """Number of steps in `terminate after N steps`."""
-    has_plan: bool = False
-    """Whether the file has a `signals` statement."""
-    default_signals: Span | None = None
-    """Line of a Scenic script that names a map with traffic lights."""
-    from_scenic: bool = False
-    """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
-    attributes_read: frozenset[str] = frozenset()
-    """Every name after a dot; a property that is read and is not built in belongs to the file."""
-    attributes_set: frozenset[str] = frozenset()
-    """Every attribute that the run may change."""
+
+
+@dataclass
+class SceneConditions:
+    """Conditions on the scene, joined over all variants."""
+
     weights: dict[Span, Weight] = field(default_factory=dict)
     """Weight of each `require`, by the place of its condition."""
     places: dict[Span, bool] = field(default_factory=dict)
     """Whether a region in which something is placed can hold a place, by the place of the region."""
+
+
+@dataclass
+class RunStatements:
+    """Statements about the run, and the numbers of their parts, which are those of all variants."""
+
     temporals: dict[Span, nodes.Require] = field(default_factory=dict)
     """The temporal requirements, in the order of the file."""
     records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)
@@ -151,48 +369,44 @@ class FileContext:
     objectives: dict[Span, tuple[nodes.Expect | nodes.Optimize, ir.Objective]] = field(default_factory=dict)
     """Expectations and optimization objectives, by their place; their formulas are added later."""
     readings: list[ir.Reading] = field(default_factory=list)
-    """Results of a finished run that the objectives read; all variants number them alike."""
+    """Results of a finished run that the objectives read."""
     rules: dict[RuleKey, str] = field(default_factory=dict)
-    """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
+    """Name of every rule, by its place and kind, in the order of their numbers."""
     _rule_numbers: dict[RuleKey, int] = field(default_factory=dict)
     controls: dict[str, Control] = field(default_factory=dict)
-    """Actors with an external controller, by the name of the controller; all variants number them alike."""
-
-    def gene_index(self, name: str) -> int:
-        """Number of a gene, in the order of the file."""
-        if name not in self._gene_numbers:
-            for known, _ in self._genes_since(len(self._gene_numbers)):
-                self._gene_numbers[known] = len(self._gene_numbers)
-        return self._gene_numbers[name]
-
-    def _genes_since(self, count: int) -> list[tuple[str, ir.GeneInfo]]:
-        """Return the genes after the first `count`, in order, without visiting earlier ones."""
-        return list(islice(reversed(self.genes.items()), len(self.genes) - count))[::-1]
-
-    def gene_bounds(self) -> dict[int, Interval]:
-        """SI bounds of every gene that stands for its own value."""
-        if self._bounded == len(self.genes):
-            return self._bounds
-        for i, (_, g) in enumerate(self._genes_since(self._bounded), self._bounded):
-            if g.kind != GeneKind.INDEX:
-                self._bounds[i] = g.low * g.scale, g.high * g.scale
-        self._bounded = len(self.genes)
-        return self._bounds
+    """Actors with an external controller, by the name of the controller."""
 
     def rule(self, span: Span, name: str, kind: RuleKind = RuleKind.TERMINATE) -> int:
-        """Number of the rule of this kind written at `span`."""
+        """Return the number of the rule of this kind at a place, which is added if it is new."""
         self.rules.setdefault((span, kind), name)
         return self._rule_numbers.setdefault((span, kind), len(self._rule_numbers))
 
     def reading(self, reading: ir.Reading) -> int:
-        """Number of a reading."""
+        """Return the number of a reading, which is added if it is new."""
         if reading not in self.readings:
             self.readings.append(reading)
         return self.readings.index(reading)
 
-    def line(self, span: Span) -> int:
-        """Counted through all files."""
-        return self.source.row(span.start)
+
+@frozen
+class FileContext:
+    """Everything that the variants of a file share: the facts, and a collector for each kind of result."""
+
+    facts: FileFacts
+    choice_plan: ChoicePlan
+    findings: Findings
+    settings: RunSettings
+    genes: Genes = field(default_factory=Genes)
+    pool: Pool = field(default_factory=Pool)
+    roads: RoadResults = field(default_factory=RoadResults)
+    scene: SceneConditions = field(default_factory=SceneConditions)
+    run: RunStatements = field(default_factory=RunStatements)
+    budget: Budget = field(default_factory=Budget)
+
+    @property
+    def is_pinned(self) -> bool:
+        """Whether values are fixed by `-p` or by a concrete copy; they are no mistake of the file."""
+        return bool(self.facts.overrides) or self.settings.given.stream is not None
 
 
 @frozen

@@ -8,15 +8,26 @@ variables of the imported file that contains it; None is the main file.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Self
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.model.views import View
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen, frozen_identity
 from engine.road.network import Intersection, Lane
 from engine.vocabulary import ActorKind, Command
+
+# -- field of view -----------------------------------------------------------------------------------------------------
+
+
+@frozen
+class View:
+    """How far [m], and within which opening angle about its heading [rad]."""
+
+    reach: Term
+    opening: Term
+
 
 Value = object
 
@@ -342,3 +353,20 @@ class ScenarioCall:
     @property
     def name(self) -> str:
         return self.scenario.node.name
+
+
+# -- lists with their origin -------------------------------------------------------------------------------------------
+
+
+class Kept(tuple[Value, ...]):
+    """Items that a condition selected of `among`; `among` is empty for a list without a condition."""
+
+    among: tuple[Value, ...] = ()
+
+    def of(self, among: tuple[Value, ...]) -> Self:
+        self.among = among
+        return self
+
+
+class Items(Kept):
+    """A list of the file. Unlike tuples, lists with equal items are distinct, so that `append` finds its list."""

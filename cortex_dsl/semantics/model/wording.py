@@ -4,12 +4,11 @@ Messages about the requirements of a file use the same unit.
 """
 
 import math
-from collections.abc import Iterator, Mapping
-from itertools import chain, islice
+from collections.abc import Iterator, Sequence
+from itertools import chain
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.model.areas import Area, Velocity
-from cortex_dsl.semantics.model.elements import Elements, RoadSection
+from cortex_dsl.semantics.model.areas import Area, Elements, RoadSection, Velocity
 from cortex_dsl.semantics.model.values import (
     ActionCall,
     Actor,
@@ -50,9 +49,8 @@ from cortex_dsl.semantics.quantities.units import (
     si_word,
 )
 from cortex_dsl.syntax import nodes
-from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road, RoadSign
 from engine.road.sections import LaneSection
-from engine.road.signs import RoadSign
 from engine.vocabulary import ManeuverType
 
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
@@ -163,7 +161,7 @@ def source_text(value: Value) -> str | None:
 
 
 def spoken_unit(
-    written: nodes.Expression, condition: ir.Expr, dimension: ir.Dimension, genes: Mapping[str, ir.GeneInfo]
+    written: nodes.Expression, condition: ir.Expr, dimension: ir.Dimension, genes: Sequence[ir.GeneInfo]
 ) -> str:
     """The first unit of a dimension that a condition writes, else that of a param it reads; "" where there is none."""
     words = chain(_written(written), param_units(condition, genes))
@@ -179,10 +177,10 @@ def _written(condition: nodes.Expression) -> Iterator[str]:
                 yield "deg"
 
 
-def param_units(condition: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> Iterator[str]:
+def param_units(condition: ir.Expr, genes: Sequence[ir.GeneInfo]) -> Iterator[str]:
     """The units of the params that an expression reads, in the order of the file; "" of those without."""
     for index in sorted({each.index for each in leaves(condition) if isinstance(each, ir.Gene)}):
-        yield next(islice(genes.values(), index, None)).unit
+        yield genes[index].unit
 
 
 def range_text(low: float, high: float, dimension: ir.Dimension, above: bool) -> str:

@@ -11,7 +11,7 @@ from enum import Enum
 from cortex_dsl.ir import Dimension
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, PURE, SPEED, TIME
 from engine.frozen import frozen
-from engine.named_results import NAMED_RESULTS
+from engine.judged import NAMED_RESULTS
 from engine.operators import OPERATORS, Function
 from engine.vocabulary import Command
 

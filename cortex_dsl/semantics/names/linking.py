@@ -1,4 +1,4 @@
-"""Inputs of a file, read before evaluation: imported files and `-p NAME=VALUE`.
+"""Inputs of a file, read before evaluation: imported files, `-p NAME=VALUE`, and the params that it holds fixed.
 
 Each imported file is read once, and all texts share one space of offsets. A value of `-p` is an expression of the
 language in place of the param's own.
@@ -25,6 +25,7 @@ from cortex_dsl.semantics.names.tree import everything_in, param_entries, scenic
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes, parse
+from cortex_dsl.syntax.literals import UNIT_WORDS
 from engine.frozen import frozen
 
 FILE_LIMIT = 100
@@ -260,3 +261,38 @@ def override_text(entry: nodes.ParamEntry, text: str) -> str:
     if not unit or unit_word(value) is not None or isinstance(value, nodes.String | nodes.Constant):
         return text
     return f"{text} {unit}" if isinstance(value, nodes.Number) else f"({text}) * 1 {unit}"
+
+
+# -- Params that the command line holds fixed, as the file would write them --------------------------------------------
+
+AMOUNT = re.compile(r"(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(?P<unit>\S*)")
+
+
+@frozen
+class FixedParam:
+    """One param that is no gene in this run."""
+
+    name: str
+    value: float | str
+    """Number in the file's own unit, or the text of the command line."""
+    unit: str = ""
+
+    @property
+    def text(self) -> str:
+        """The value without its unit."""
+        return self.value if isinstance(self.value, str) else f"{self.value:.10g}"
+
+
+def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[FixedParam, ...]:
+    """Return the params that `-p` and `--freeze` fix, in the order given."""
+    entries = param_entries(module)
+    return tuple(
+        _held(name, override_text(entries[name], text) if name in entries else text) for name, text in overrides.items()
+    )
+
+
+def _held(name: str, text: str) -> FixedParam:
+    amount = AMOUNT.fullmatch(text.strip())
+    if amount is None or amount["unit"] not in ("", *UNIT_WORDS):
+        return FixedParam(name, text)
+    return FixedParam(name, float(amount["number"]), amount["unit"])

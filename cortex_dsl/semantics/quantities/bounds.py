@@ -11,6 +11,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
+import numpy as np
+
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.problems import Mistake
@@ -18,8 +20,9 @@ from cortex_dsl.semantics.quantities.algebra import Operation, Term, maximum, mi
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
 from engine.frozen import frozen
 from engine.opcodes import Op
-from engine.operators import OPERATORS
+from engine.operators import OPERATORS, Operator
 from engine.operators.bounds import EVERYTHING, Domain, Interval
+from engine.operators.intervals import between
 
 # -- parts and values --------------------------------------------------------------------------------------------------
 
@@ -144,10 +147,19 @@ def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int,
             return UNIFORM
         case ir.Apply(op=op) if op in LENGTHS:
             return (0.0, math.inf)
-        case ir.Apply(op=op) if op in OPERATORS and (bounds := OPERATORS[op].bounds) is not None:
-            result = bounds(*within)
+        case ir.Apply(op=op) if op in OPERATORS and op != Op.NORMAL_QUANTILE:
+            result = _of_operator(OPERATORS[op], within)
             return EVERYTHING if math.isnan(result[0] + result[1]) else result
-    return EVERYTHING
+    return EVERYTHING  # also of a normal distribution, whose draws only their resolution keeps between two numbers
+
+
+def _of_operator(row: Operator, within: Sequence[Interval]) -> Interval:
+    """Return the interval of the result of an operator; all numbers if it may be NaN."""
+    if row.bounds is not None:
+        return row.bounds(*within)
+    with np.errstate(all="ignore"):
+        low, high, undefined = row.forward(*(between(*ends, 1) for ends in within))
+    return EVERYTHING if undefined[0] else (float(low[0]), float(high[0]))
 
 
 # -- operations without a value ----------------------------------------------------------------------------------------
@@ -200,7 +212,7 @@ class Weight:
             return self
         return Weight(self.possible or other.possible, self.certain and other.certain, self.genes | other.genes)
 
-    def labels(self, genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
+    def labels(self, genes: Sequence[ir.GeneInfo]) -> tuple[Label, ...]:
         """The declared ranges of its genes."""
         return _labels(self.genes, genes)
 
@@ -210,7 +222,7 @@ def weight_of(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
     return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
 
 
-def range_labels(expression: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
+def range_labels(expression: ir.Expr, genes: Sequence[ir.GeneInfo]) -> tuple[Label, ...]:
     """The declared ranges of the genes that an expression depends on."""
     return _labels(_genes(expression), genes)
 
@@ -219,9 +231,8 @@ def _genes(expression: ir.Expr) -> frozenset[int]:
     return frozenset(part.index for part in parts(expression) if isinstance(part, ir.Gene))
 
 
-def _labels(indices: frozenset[int], genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
-    known = list(genes.values())
-    return tuple(Label(known[i].span, _range(known[i])) for i in sorted(indices))
+def _labels(indices: frozenset[int], genes: Sequence[ir.GeneInfo]) -> tuple[Label, ...]:
+    return tuple(Label(genes[i].span, _range(genes[i])) for i in sorted(indices))
 
 
 def _range(gene: ir.GeneInfo) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 from engine.interchange.commonroad.steps import timeline
 from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.opendrive.check import twice
-from engine.interchange.own_xml import read_tree
+from engine.interchange.read_back import read_tree
 from engine.interchange.recording import RecordedCase
 
 OTHERS, BUILDINGS = ("dynamicObstacle", "staticObstacle"), ("environmentObstacle",)

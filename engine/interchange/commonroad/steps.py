@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.recording import SAME_INSTANT, Contact, RecordedActor, Recording, SignalTimes
 from engine.kernels.geometry import Box, box_distance
 from engine.portable import arctan, tan

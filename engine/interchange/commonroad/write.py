@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.interchange.commonroad.road import (
     Ids,
     add_exact,
@@ -22,7 +23,7 @@ from engine.interchange.commonroad.road import (
     cycle,
 )
 from engine.interchange.commonroad.steps import Course, Timeline, timeline
-from engine.interchange.contract import Export, InterchangeError
+from engine.interchange.contract import Export
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import PHASES, RecordedActor, Recording
 from engine.interchange.xml_writing import Element, child, decimal, number, xml_text

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, quoted
+from engine.errors import InterchangeError, quoted
 from engine.interchange.openscenario.document import entity_names
 from engine.interchange.recording import Recording
 from engine.tables import Floats

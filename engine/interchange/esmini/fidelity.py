@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.interchange.after_contact import shown_after_contact
-from engine.interchange.contract import ExportOptions, Finding, InterchangeError
+from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.esmini import Played, play
 from engine.interchange.openscenario.document import entity_names
 from engine.interchange.recording import SAME_INSTANT, RecordedCase, Recording

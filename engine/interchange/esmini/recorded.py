@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.esmini import answer_of
 from engine.interchange.logs.esmini import KEYS, LAYOUT
 from engine.interchange.logs.rows import Row, tracks_of_rows

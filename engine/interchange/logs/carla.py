@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from engine.interchange.contract import InterchangeError, reading
+from engine.errors import InterchangeError, reading
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.openscenario.carla import BLUEPRINTS
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread import Unread
+from engine.unread import Unread
 from engine.vocabulary import ActorKind
 
 MOST_BYTES = 1_000_000_000

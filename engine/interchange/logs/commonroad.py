@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.errors import InterchangeError, quoted
 from engine.interchange.commonroad.write import VEHICLES
-from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread import unread_elements
-from engine.interchange.xml import Limits, Node, read_xml
-from engine.opendrive.buildings import LARGEST_BUILDING
+from engine.opendrive.near_roads import LARGEST_BUILDING
+from engine.unread import unread_elements
 from engine.vocabulary import ActorKind
+from engine.xml import Limits, Node, read_xml
 
 LIMITS = Limits(megabytes=200.0, elements=12_000_000)
 KEYS = ("time", "actor", "x", "y", "heading", "speed", "length", "width", "type")

@@ -11,12 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from engine.interchange.contract import InterchangeError, quoted, reading
+from engine.errors import InterchangeError, quoted, reading
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.notation import CsvRows
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread import Unread
+from engine.unread import Unread
 
 LAYOUT = Layout(
     name="esmini's --csv_logger",

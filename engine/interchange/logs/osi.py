@@ -12,12 +12,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
-from engine.interchange.contract import InterchangeError, reading
+from engine.errors import InterchangeError, reading
 from engine.interchange.kinds import UNSET, Code, kind_of
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread import Unread
+from engine.unread import Unread
 from engine.vocabulary import ActorKind
 
 LONGEST = 100_000_000

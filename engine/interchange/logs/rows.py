@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.tables.cells import MOST_ROWS, gathered_cells
 from engine.interchange.tables.columns import TEXTS, Chosen, Column
 from engine.interchange.tables.conventions import applied

@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import SUMO_SAID, SUMO_SIZES, Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread import unread_elements
-from engine.interchange.xml import Limits, Node, read_xml
+from engine.unread import unread_elements
 from engine.vocabulary import ActorKind
+from engine.xml import Limits, Node, read_xml
 
 LIMITS = Limits(megabytes=300.0, elements=3_000_000, all_attributes=36_000_000)
 KEYS = ("time", "actor", "x", "y", "z", "heading", "speed", "type")

@@ -16,8 +16,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from engine.errors import InterchangeError, quoted, reading
 from engine.extras import MissingExtraError, needed
-from engine.interchange.contract import InterchangeError, quoted, reading
 from engine.interchange.logs.osi import fields, tracks_of_messages
 from engine.interchange.mcap.write import ACTORS, SLIDES
 from engine.interchange.tables.track import TableTrack, Tracks

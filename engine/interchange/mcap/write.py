@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.extras import MissingExtraError, needed
-from engine.interchange.contract import Export, InterchangeError
+from engine.interchange.contract import Export
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import RecordedActor, Recording
 from engine.kernels.geometry import Box, box_distance

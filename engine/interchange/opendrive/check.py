@@ -4,9 +4,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from engine.interchange.contract import ExportOptions, Finding, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.opendrive.places import road_map
-from engine.interchange.own_xml import Tree, read_tree
+from engine.interchange.read_back import Tree, read_tree
 from engine.interchange.recording import RecordedCase
 from engine.maps import MapFile, MapSpec
 from engine.opendrive.read import read_opendrive

@@ -17,13 +17,13 @@ import numpy as np
 
 from engine.interchange.contract import Export, ExportOptions
 from engine.interchange.openscenario.document import (
+    add_environment,
     plain_name,
     start_speed,
     stop_trigger,
     teleport,
     time_trigger,
 )
-from engine.interchange.openscenario.surroundings import add_environment
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.openscenario.write import (
     Stretch,
@@ -113,11 +113,9 @@ FITS = 0.1
 
 def blueprint_of(actor: RecordedActor) -> Blueprint:
     """Return the blueprint of the actor's kind with the nearest outline; the first of two equally near ones."""
-    return min(BLUEPRINTS[actor.kind], key=lambda each: _off(each, actor))
-
-
-def _off(blueprint: Blueprint, actor: RecordedActor) -> float:
-    return float(np.hypot(blueprint.length - actor.length, blueprint.width - actor.width))
+    return min(
+        BLUEPRINTS[actor.kind], key=lambda each: float(np.hypot(each.length - actor.length, each.width - actor.width))
+    )
 
 
 # -- motion: everybody is there all the time, and under the road while it is not in the case ---------------------------

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from engine.interchange.contract import ExportOptions, Finding, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.opendrive.check import check_opendrive
 from engine.interchange.openscenario.read import read_openscenario
-from engine.interchange.own_xml import Tree, read_tree
-from engine.interchange.read_back import same_run
+from engine.interchange.read_back import Tree, read_tree, same_run
 from engine.interchange.recording import RecordedCase
 
 

@@ -14,22 +14,23 @@ from engine.interchange.contract import Export, ExportOptions
 from engine.interchange.opendrive import SignalGroup, signal_groups
 from engine.interchange.openscenario.document import (
     add_entities,
+    add_environment,
     entity_names,
     new_document,
+    remarks_on_environment,
     start_speed,
     stop_trigger,
     teleport,
     time_trigger,
     world_position,
 )
-from engine.interchange.openscenario.surroundings import add_environment, remarks_on_environment
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.own_metadata import of_samples
 from engine.interchange.recording import MOST_ACTORS, RecordedActor, Recording, SignalTimes
-from engine.interchange.xml import LIMITS, MEGABYTE
 from engine.interchange.xml_writing import Element, child, xml_text
 from engine.tables import Floats
 from engine.vocabulary import State
+from engine.xml import LIMITS, MEGABYTE
 
 # -- one stretch of motion as a timed polyline -------------------------------------------------------------------------
 

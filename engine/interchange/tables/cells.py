@@ -17,7 +17,7 @@ from typing import Any, TextIO, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.interchange.contract import InterchangeError, cited, quoted
+from engine.errors import InterchangeError, cited, quoted
 from engine.interchange.tables.columns import (
     DATES,
     NO_NAMES,

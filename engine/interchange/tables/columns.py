@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from engine.interchange.contract import InterchangeError, cited, name_cure, near_name, quoted
+from engine.errors import InterchangeError, cited, name_cure, near_name, quoted
 from engine.interchange.tables.layouts import Layout
 from engine.tables import Floats, Ints
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from engine.interchange.contract import InterchangeError, cited, quoted
+from engine.errors import InterchangeError, cited, quoted
 from engine.interchange.tables.columns import Cells
 from engine.interchange.tables.layouts import LAYOUTS, Beside, Layout, Point
 

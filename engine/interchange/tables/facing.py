@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, cited
+from engine.errors import InterchangeError, cited
 from engine.interchange.motion import MOVING, along
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.tables import Floats

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from engine.interchange.contract import cited
+from engine.errors import cited
 from engine.interchange.road_levels import LEVEL
 from engine.interchange.tables.track import TableTrack
 from engine.tables import Floats

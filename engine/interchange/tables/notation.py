@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, cited, quoted
+from engine.errors import InterchangeError, cited, quoted
 from engine.interchange.tables.columns import DATES, TEXTS, Chosen, Column
 from engine.tables import Floats
 

@@ -8,8 +8,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.extras import MissingExtraError, needed
-from engine.interchange.contract import InterchangeError
 from engine.strict_json import json_text
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"

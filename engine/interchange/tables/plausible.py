@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.interchange.contract import cited
+from engine.errors import cited
 from engine.interchange.motion import (
     FAR,
     FASTEST,

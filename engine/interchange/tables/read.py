@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.errors import InterchangeError, cited, name_cure, reading
 from engine.host import MAX_SAMPLES
-from engine.interchange.contract import ExportOptions, Finding, InterchangeError, cited, name_cure, reading
+from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.motion import LONGEST_STEP, gaps_between, unseen_steps
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run

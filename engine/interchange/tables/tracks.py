@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, cited, quoted
+from engine.errors import InterchangeError, cited, quoted
 from engine.interchange.kinds import UNSET, Code, kind_of
 from engine.interchange.motion import (
     Motion,

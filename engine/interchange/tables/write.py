@@ -10,13 +10,14 @@ Source: omega-prime 0.3, its specification and `schemas.py` (ika, RWTH Aachen); 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.interchange.contract import Export, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export
 from engine.interchange.kinds import KINDS
 from engine.interchange.motion import across, along, rates
 from engine.interchange.recording import Recording
@@ -202,13 +203,9 @@ def _remarks(recording: Recording, *, has_road: bool = False) -> tuple[str, ...]
     remarks = [f"omega-prime's columns hold neither steering angles nor pedals{road}"]
     if not has_road and recording.buildings is not None and len(recording.buildings):
         remarks.append("CSV has no place for buildings: who reads it judges an ego that runs into one as if it went on")
-    if again := _those_who_come_back(recording):
+    if again := [actor.name for index, actor in enumerate(recording.actors) if len(recording.stretches(index)) > 1]:
         names = ", ".join(again)
         remarks.append(f"omega-prime's own check wants no gap in an actor's rows; {names} comes back after one")
     if recording.contact is not None:
         remarks.append("times are whole nanoseconds: the row of first contact is the next one, less than 1e-7 m on")
     return tuple(remarks)
-
-
-def _those_who_come_back(recording: Recording) -> Sequence[str]:
-    return [actor.name for index, actor in enumerate(recording.actors) if len(recording.stretches(index)) > 1]

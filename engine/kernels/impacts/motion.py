@@ -95,23 +95,37 @@ GRIPS = 0.05
 """Lateral speed of an axle at which its tyres grip again [m/s]."""
 
 
+class Support(NamedTuple):
+    """A support of a body on the road."""
+
+    offset: float
+    """Position ahead of the centre [m]; negative at the rear."""
+    grip: float
+    """Limit of the friction: mu g times the share of the weight on the support [m/s^2]."""
+    steer: float
+    """Angle of its wheels [rad]."""
+
+
 class GroundContact(NamedTuple):
     """Supports of a body on the road: two axles, or two points that slide; forces per unit of mass."""
 
     rolls: bool
     """True: the supports are axles; False: they slide in every direction."""
-    rear: float
-    """Position of the rear support ahead of the centre [m]; negative."""
-    front: float
-    rear_grip: float
-    """Limit of the friction: mu g times the share of the weight on the support [m/s^2]."""
-    front_grip: float
+    rear: Support
+    front: Support
     rolling: float
     """Deceleration of rolling [m/s^2]."""
-    steer: float
-    """Angle of the front wheels [rad]."""
     gyration: float
     """Yaw inertia over mass [m^2]."""
+
+
+class Dimensions(NamedTuple):
+    """Length, width, wheelbase, and distance from rear axle to centre of a body [m]."""
+
+    length: float
+    width: float
+    wheelbase: float
+    rear_to_center: float
 
 
 class RigidMotion(NamedTuple):
@@ -156,11 +170,11 @@ def _apply_friction(body: RigidMotion, ground: GroundContact, step: float) -> Ri
     """Return the velocities after the friction of both supports; 0 below `STILL`."""
     cos, sin = math.cos(body.heading), math.sin(body.heading)
     if ground.rolls:
-        body = _apply_axle_friction(body, ground, ground.rear, ground.rear_grip, cos, sin, 0.0, step)
-        body = _apply_axle_friction(body, ground, ground.front, ground.front_grip, cos, sin, ground.steer, step)
+        body = _apply_axle_friction(body, ground, ground.rear, cos, sin, step)
+        body = _apply_axle_friction(body, ground, ground.front, cos, sin, step)
     else:
-        body = _apply_sliding_friction(body, ground, ground.rear, ground.rear_grip, cos, sin, step)
-        body = _apply_sliding_friction(body, ground, ground.front, ground.front_grip, cos, sin, step)
+        body = _apply_sliding_friction(body, ground, ground.rear, cos, sin, step)
+        body = _apply_sliding_friction(body, ground, ground.front, cos, sin, step)
     if body.vx * body.vx + body.vy * body.vy < STILL * STILL and abs(body.spin) < STILL:
         return RigidMotion(body.x, body.y, body.heading, 0.0, 0.0, 0.0)
     return body
@@ -168,32 +182,27 @@ def _apply_friction(body: RigidMotion, ground: GroundContact, step: float) -> Ri
 
 @inlined
 def _apply_axle_friction(
-    body: RigidMotion,
-    ground: GroundContact,
-    offset: float,
-    grip: float,
-    cos: float,
-    sin: float,
-    steer: float,
-    step: float,
+    body: RigidMotion, ground: GroundContact, axle: Support, cos: float, sin: float, step: float
 ) -> RigidMotion:
     """Apply the lateral friction of an axle, and its rolling resistance along the wheels."""
-    turned_cos, turned_sin = math.cos(steer), math.sin(steer)
+    turned_cos, turned_sin = math.cos(axle.steer), math.sin(axle.steer)
     x, y = cos * turned_cos - sin * turned_sin, sin * turned_cos + cos * turned_sin
-    body = _apply_limited_impulse(body, ground, offset * cos, offset * sin, -y, x, grip * step)
-    return _apply_limited_impulse(body, ground, offset * cos, offset * sin, x, y, 0.5 * ground.rolling * step)
+    arm_x, arm_y = axle.offset * cos, axle.offset * sin
+    body = _apply_limited_impulse(body, ground, arm_x, arm_y, -y, x, axle.grip * step)
+    return _apply_limited_impulse(body, ground, arm_x, arm_y, x, y, 0.5 * ground.rolling * step)
 
 
 @inlined
 def _apply_sliding_friction(
-    body: RigidMotion, ground: GroundContact, offset: float, grip: float, cos: float, sin: float, step: float
+    body: RigidMotion, ground: GroundContact, support: Support, cos: float, sin: float, step: float
 ) -> RigidMotion:
     """Apply the friction of a support that slides, against its motion."""
-    x, y = body.vx - body.spin * offset * sin, body.vy + body.spin * offset * cos
+    x, y = body.vx - body.spin * support.offset * sin, body.vy + body.spin * support.offset * cos
     slide = math.hypot(x, y)
     if slide == 0.0:
         return body
-    return _apply_limited_impulse(body, ground, offset * cos, offset * sin, x / slide, y / slide, grip * step)
+    arm_x, arm_y = support.offset * cos, support.offset * sin
+    return _apply_limited_impulse(body, ground, arm_x, arm_y, x / slide, y / slide, support.grip * step)
 
 
 @inlined
@@ -224,15 +233,15 @@ def wheels_grip(body: RigidMotion, ground: GroundContact) -> bool:
         return False
     cos, sin = math.cos(body.heading), math.sin(body.heading)
     ahead, aside = body.vx * cos + body.vy * sin, body.vy * cos - body.vx * sin
-    rear = aside + body.spin * ground.rear
-    front = (aside + body.spin * ground.front) * math.cos(ground.steer) - ahead * math.sin(ground.steer)
+    rear, steer = aside + body.spin * ground.rear.offset, ground.front.steer
+    front = (aside + body.spin * ground.front.offset) * math.cos(steer) - ahead * math.sin(steer)
     bend = ahead * ahead * abs(_curvature(ground))
-    return abs(rear) <= GRIPS and abs(front) <= GRIPS and bend <= ground.rear_grip + ground.front_grip
+    return abs(rear) <= GRIPS and abs(front) <= GRIPS and bend <= ground.rear.grip + ground.front.grip
 
 
 @inlined
 def _curvature(ground: GroundContact) -> float:
-    return math.tan(ground.steer) / (ground.front - ground.rear)
+    return math.tan(ground.front.steer) / (ground.front.offset - ground.rear.offset)
 
 
 @kernel
@@ -245,15 +254,15 @@ def roll(body: RigidMotion, ground: GroundContact, duration: float) -> RigidMoti
     curvature = _curvature(ground)
     sinc, half_sin, half_cos = small_turn(0.5 * way * curvature)
     heading = body.heading + way * curvature
-    x, y = body.x + ground.rear * cos, body.y + ground.rear * sin
+    x, y = body.x + ground.rear.offset * cos, body.y + ground.rear.offset * sin
     x += way * sinc * (cos * half_cos - sin * half_sin)
     y += way * sinc * (sin * half_cos + cos * half_sin)
     cos, sin = math.cos(heading), math.sin(heading)
     spin = slower * curvature
-    swing = -ground.rear * spin
+    swing = -ground.rear.offset * spin
     return RigidMotion(
-        x - ground.rear * cos,
-        y - ground.rear * sin,
+        x - ground.rear.offset * cos,
+        y - ground.rear.offset * sin,
         heading,
         slower * cos - swing * sin,
         slower * sin + swing * cos,
@@ -269,25 +278,18 @@ def has_axles(kind: int) -> bool:
 
 @inlined
 def ground_contact(
-    rolls: bool,
-    length: float,
-    width: float,
-    wheelbase: float,
-    rear_to_center: float,
-    friction: float,
-    steer: float,
-    rolling: float,
-    gyration: float,
+    rolls: bool, body: Dimensions, friction: float, steer: float, rolling: float, gyration: float
 ) -> GroundContact:
     """Return the axles with their static loads; supports of bodies without wheels are length / 4 from the centre."""
     grip = friction * GRAVITY
-    inertia = gyration * (length * length + width * width)
-    if not (0.0 < rear_to_center < wheelbase):
-        quarter = 0.25 * length
-        return GroundContact(False, -quarter, quarter, 0.5 * grip, 0.5 * grip, 0.0, 0.0, inertia)
-    ahead = wheelbase - rear_to_center
-    rear, front = grip * ahead / wheelbase, grip * rear_to_center / wheelbase
-    return GroundContact(rolls, -rear_to_center, ahead, rear, front, rolling * GRAVITY, steer, inertia)
+    inertia = gyration * (body.length * body.length + body.width * body.width)
+    if not (0.0 < body.rear_to_center < body.wheelbase):
+        at, half = 0.25 * body.length, 0.5 * grip
+        return GroundContact(False, Support(-at, half, 0.0), Support(at, half, 0.0), 0.0, inertia)
+    ahead = body.wheelbase - body.rear_to_center
+    rear = Support(-body.rear_to_center, grip * ahead / body.wheelbase, 0.0)
+    front = Support(ahead, grip * body.rear_to_center / body.wheelbase, steer)
+    return GroundContact(rolls, rear, front, rolling * GRAVITY, inertia)
 
 
 class MotionSegment(IntEnum):
@@ -509,7 +511,19 @@ def integrate_segment(plan: Plan, run: Run, actor: int, steer: float, duration: 
         segment[MotionSegment.SPIN0],
     )
     if body.vx != 0.0 or body.vy != 0.0 or body.spin != 0.0:
-        ground = _ground_contact(plan, run, actor, steer)
+        ground = ground_contact(
+            has_axles(plan.kinds[actor]),
+            Dimensions(
+                column_of(plan, run, actor, Column.LENGTH),
+                column_of(plan, run, actor, Column.WIDTH),
+                column_of(plan, run, actor, Column.WHEELBASE),
+                column_of(plan, run, actor, Column.REAR_TO_CENTER),
+            ),
+            column_of(plan, run, actor, Column.FRICTION),
+            steer,
+            plan.layout.rolling,
+            plan.gyration[actor],
+        )
         if segment[MotionSegment.ROLLING] != 0.0 or wheels_grip(body, ground):
             body = roll(body, ground, duration)
             segment[MotionSegment.ROLLING] = 1.0
@@ -517,21 +531,6 @@ def integrate_segment(plan: Plan, run: Run, actor: int, steer: float, duration: 
             body = coast(body, ground, duration)
     segment[MotionSegment.X1], segment[MotionSegment.Y1], segment[MotionSegment.HEADING1] = body.x, body.y, body.heading
     segment[MotionSegment.VX1], segment[MotionSegment.VY1], segment[MotionSegment.SPIN1] = body.vx, body.vy, body.spin
-
-
-@inlined
-def _ground_contact(plan: Plan, run: Run, actor: int, steer: float) -> GroundContact:
-    return ground_contact(
-        has_axles(plan.kinds[actor]),
-        column_of(plan, run, actor, Column.LENGTH),
-        column_of(plan, run, actor, Column.WIDTH),
-        column_of(plan, run, actor, Column.WHEELBASE),
-        column_of(plan, run, actor, Column.REAR_TO_CENTER),
-        column_of(plan, run, actor, Column.FRICTION),
-        steer,
-        plan.layout.rolling,
-        plan.gyration[actor],
-    )
 
 
 @inlined
@@ -705,16 +704,23 @@ def _approaching_contacts(plan: Plan, run: Run, sample: int, part: float, bodies
         for other in range(one + 1, reachable_bodies_end(plan, run, one)):
             if not is_impact_body(run, sample, other) or cannot_reach(plan, run, here, here, other, part, part):
                 continue
-            if _is_approaching(plan, run, part, one, other, bodies, contacts, count):
+            if _is_approaching(plan, run, Encounter(part, one, other), bodies, contacts, count):
                 count += 1
     return count
 
 
+class Encounter(NamedTuple):
+    """Two bodies at a part of the step."""
+
+    part: float
+    one: int
+    other: int
+
+
 @inlined
-def _is_approaching(
-    plan: Plan, run: Run, part: float, one: int, other: int, bodies: Floats, contacts: Floats, row: int
-) -> bool:
+def _is_approaching(plan: Plan, run: Run, encounter: Encounter, bodies: Floats, contacts: Floats, row: int) -> bool:
     """Return True if two bodies touch and approach; write their contact into a row in either case."""
+    part, one, other = encounter
     first, second = frame(outline_on_segment(plan, run, one, part)), frame(outline_on_segment(plan, run, other, part))
     # Slightly more than the distance at which the search stops, which rounds the same positions differently.
     if nearest_points(first, second).distance > 1.5 * TOUCH:
@@ -743,18 +749,10 @@ def _mark_overlaps(plan: Plan, run: Run, sample: int) -> None:
             continue
         run.actors[one, Memory.INSIDE] = 0.0
         for other in range(1, len(plan.kinds)):
-            if (
-                other != one
-                and run.states[sample, other, State.PRESENT] != 0.0
-                and _overlap(plan, run, sample, one, other)
-            ):
-                run.actors[one, Memory.INSIDE] = run.actors[other, Memory.INSIDE] = 1.0
-
-
-@inlined
-def _overlap(plan: Plan, run: Run, sample: int, one: int, other: int) -> bool:
-    here, there = outline_of(plan, run, sample, one), outline_of(plan, run, sample, other)
-    return contact_geometry(frame(here), frame(there)).gap < -FLAT
+            if other != one and run.states[sample, other, State.PRESENT] != 0.0:
+                here, there = outline_of(plan, run, sample, one), outline_of(plan, run, sample, other)
+                if contact_geometry(frame(here), frame(there)).gap < -FLAT:
+                    run.actors[one, Memory.INSIDE] = run.actors[other, Memory.INSIDE] = 1.0
 
 
 @inlined
@@ -880,12 +878,12 @@ def _next_approach(plan: Plan, run: Run, part: float, one: int, other: int, bodi
     motion = relative_motion(a0, a1, b0, b1)
     fraction = 0.0
     for _ in range(MAX_LOOKS):
-        nearest = probe(a0, b0, motion, fraction).nearest
+        nearest = probe(motion, fraction).nearest
         if nearest.distance < TOUCH:
             now = part + fraction * (1.0 - part)
             write_body_state(plan, run, one, now, bodies)
             write_body_state(plan, run, other, now, bodies)
-            if _is_approaching(plan, run, now, one, other, bodies, contacts, 0):
+            if _is_approaching(plan, run, Encounter(now, one, other), bodies, contacts, 0):
                 return now
             if fraction >= 1.0:
                 return NEVER

@@ -245,29 +245,36 @@ def _velocity_y(bodies: Floats, body: int, x: float) -> float:
 # -- rows: directions at contacts --------------------------------------------------------------------------------------
 
 
+class Direction(NamedTuple):
+    """A unit vector at a point [m]."""
+
+    x: float
+    y: float
+    at_x: float
+    at_y: float
+
+
 @inlined
 def write_rows(bodies: Floats, contacts: Floats, contact: int, rows: Floats) -> None:
     """Write the rows of a contact: the normal at each of its points, and the tangent at their middle."""
     nx, ny = contacts[contact, Contact.NX], contacts[contact, Contact.NY]
     x1, y1 = contacts[contact, Contact.X1], contacts[contact, Contact.Y1]
     x, y = x1, y1
-    _write_row(bodies, contacts, contact, rows, 3 * contact, nx, ny, x1, y1)
+    _write_row(bodies, contacts, rows, 3 * contact, Direction(nx, ny, x1, y1))
     if contacts[contact, Contact.POINTS] > 1.0:
         x2, y2 = contacts[contact, Contact.X2], contacts[contact, Contact.Y2]
         x, y = 0.5 * (x1 + x2), 0.5 * (y1 + y2)
-        _write_row(bodies, contacts, contact, rows, 3 * contact + 1, nx, ny, x2, y2)
-    _write_row(bodies, contacts, contact, rows, 3 * contact + 2, -ny, nx, x, y)
+        _write_row(bodies, contacts, rows, 3 * contact + 1, Direction(nx, ny, x2, y2))
+    _write_row(bodies, contacts, rows, 3 * contact + 2, Direction(-ny, nx, x, y))
 
 
 @inlined
-def _write_row(
-    bodies: Floats, contacts: Floats, contact: int, rows: Floats, row: int, nx: float, ny: float, x: float, y: float
-) -> None:
+def _write_row(bodies: Floats, contacts: Floats, rows: Floats, row: int, way: Direction) -> None:
     """Write a row: a direction at a point of a contact."""
-    one, other = int(contacts[contact, Contact.ONE]), int(contacts[contact, Contact.OTHER])
-    lever_one = (x - bodies[one, Body.X]) * ny - (y - bodies[one, Body.Y]) * nx
-    lever_other = (x - bodies[other, Body.X]) * ny - (y - bodies[other, Body.Y]) * nx
-    rows[row, Row.X], rows[row, Row.Y] = nx, ny
+    one, other = int(contacts[row // 3, Contact.ONE]), int(contacts[row // 3, Contact.OTHER])
+    lever_one = (way.at_x - bodies[one, Body.X]) * way.y - (way.at_y - bodies[one, Body.Y]) * way.x
+    lever_other = (way.at_x - bodies[other, Body.X]) * way.y - (way.at_y - bodies[other, Body.Y]) * way.x
+    rows[row, Row.X], rows[row, Row.Y] = way.x, way.y
     rows[row, Row.LEVER_ONE], rows[row, Row.LEVER_OTHER] = lever_one, lever_other
     rows[row, Row.RESPONSE] = (
         bodies[one, Body.INVERSE_MASS]

@@ -14,10 +14,21 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.maps import MapFile
-from engine.road.network import Arm, Intersection, Lane, LaneGroup, LaneRole, Lines, Links, Maneuver, Network, Road
+from engine.road.network import (
+    Arm,
+    Intersection,
+    Lane,
+    LaneGroup,
+    LaneRole,
+    Lines,
+    Links,
+    Maneuver,
+    Network,
+    Road,
+    RoadSign,
+)
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape
-from engine.road.signs import RoadSign
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 

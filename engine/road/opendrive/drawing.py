@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.frozen import frozen
-from engine.interchange.contract import InterchangeError
 from engine.opendrive.roads import OdrNetwork, OdrSection
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
 from engine.road.opendrive.lanes import FileLane

@@ -5,8 +5,8 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 
 from engine.maps import MapFile
+from engine.opendrive.near_roads import OdrSignal
 from engine.opendrive.roads import OdrRoad
-from engine.opendrive.signals import OdrSignal
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
     Arm,
@@ -16,13 +16,13 @@ from engine.road.network import (
     LaneRole,
     Network,
     Road,
+    RoadSign,
 )
 from engine.road.opendrive.contents import Contents, packed
 from engine.road.opendrive.lanes import ALIKE, NEAR, THROUGH, Part, Sections
 from engine.road.opendrive.linking import Links
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
 from engine.road.paths import PathBook
-from engine.road.signs import RoadSign
 from engine.tables import ROAD_REGION
 
 

@@ -36,7 +36,7 @@ def file_network(spec: MapFile) -> Network:
     path = Path(spec.path)
     found = digest_of(path) if path.is_file() else None
     if found != spec.digest:
-        from engine.interchange.contract import InterchangeError
+        from engine.errors import InterchangeError
 
         what = "is not there" if found is None else f"has changed: its digest is {found}, not {spec.digest}"
         raise InterchangeError(f"the map {spec.file} {what}", "put the file back that the scenario was compiled with")
@@ -49,8 +49,7 @@ FAMILY = "roads-*.bin"
 ENGINE = Path(__file__).parents[2]
 CODE = (
     *(ENGINE / folder for folder in ("road/opendrive", "road", "opendrive")),
-    *(ENGINE / f"{name}.py" for name in ("interchange/contract", "frozen", "maps", "tables", "vocabulary")),
-    *(ENGINE / f"interchange/{name}.py" for name in ("xml", "unread")),
+    *(ENGINE / f"{name}.py" for name in ("errors", "frozen", "maps", "tables", "unread", "vocabulary", "xml")),
 )
 """Files, and folders of files, that determine the result."""
 

@@ -7,8 +7,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from engine.interchange.contract import cited, quoted
-from engine.interchange.unread import Kind
+from engine.errors import cited, quoted
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.roads import OdrNetwork
 from engine.road.opendrive.drawing import DrawnLane
@@ -17,6 +16,7 @@ from engine.road.opendrive.linking import Links, Way
 from engine.road.opendrive.surfaces import LEAST_WIDTH, overlap
 from engine.road.regions import Shape
 from engine.tables import Floats
+from engine.unread import Kind
 
 WORTH_A_REMARK = 0.005
 """Jump from which on a remark reports it [m]."""

@@ -8,19 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
-from engine.choices import choice_names, drawn_lanes
 from engine.config import Config
 from engine.driving.blocks import can_be_driven, redriven
-from engine.program import ParamSpace, Program, VariantLabel
+from engine.program import ParamSpace, Program, VariantLabel, choice_names, drawn_lanes
 from engine.risk import PROFILES
 from engine.road import build_network
 from engine.sampling import sample
-from engine.search.assessment import Evaluate
 from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partners
 from engine.search.evaluator import make_blaming, make_evaluator
 from engine.search.insight.clusters import Cluster, clusters
 from engine.search.insight.diversity import Grid, Spread, counted, grids, spread, worst_valid
-from engine.search.insight.gene_effects import GeneEffect, Probes, gene_effects, probe_genes
+from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
 from engine.search.insight.kinds import Failures, FoundKind, blamed, failures, kinds
 from engine.search.insight.sensitivity import Sensitivity, sensitivity
 from engine.search.protocol import Box
@@ -135,7 +133,9 @@ def analyse(
         grids=(*grids(evaluations, variant_labels(program)), *lane_grids(program, evaluations, config)),
         clusters=clusters(evaluations, program.space, evaluate, config.search.seed) if can_drive_new_scenes else (),
         genes=gene_effects(
-            box, evaluations, _probes(box, evaluations, evaluate, config) if can_drive_new_scenes else None
+            box,
+            evaluations,
+            probe_genes(box, evaluations, evaluate, config.search.probes or 32) if can_drive_new_scenes else None,
         ),
         sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed)
         if budget and len(box) and can_drive_new_scenes
@@ -146,10 +146,6 @@ def analyse(
         system=tuple(name for name in program.space.system if name in program.space.names),
         partners=partners(evaluations, len(program.actors)),
     )
-
-
-def _probes(box: Box, evaluations: Evaluations, evaluate: Evaluate, config: Config) -> Probes | None:
-    return probe_genes(box, evaluations, evaluate, config.search.probes or 32)
 
 
 def driven_again(

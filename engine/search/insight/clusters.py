@@ -21,11 +21,11 @@ from functools import cached_property
 
 import numpy as np
 
+from engine.assessment import Evaluate
 from engine.outcomes import Assessment
 from engine.portable import product
 from engine.program import ParamSpace
 from engine.sampling import draw_genomes
-from engine.search.assessment import Evaluate
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.statistics import Interval, clopper_pearson

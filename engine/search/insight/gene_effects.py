@@ -15,8 +15,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from engine.assessment import Evaluate, concatenate, take
 from engine.outcomes import Assessment
-from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.ranking import order_of_risk

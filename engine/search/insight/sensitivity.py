@@ -31,10 +31,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator, Philox, default_rng
 
+from engine.assessment import Evaluate
 from engine.outcomes import Assessment
 from engine.portable import product
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.statistics import Interval
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
@@ -145,8 +145,8 @@ def _designs(space: ParamSpace, rows: int, seed: int) -> tuple[Floats, Ints]:
 
 
 def _run(space: ParamSpace, evaluate: Evaluate, uniforms: Floats, keys: Ints) -> Assessment:
+    from engine.assessment import concatenate
     from engine.sampling import from_uniforms
-    from engine.search.assessment import concatenate
 
     genomes = from_uniforms(space, np.clip(uniforms, 0.0, np.nextafter(1.0, 0.0)))
     blocks = [slice(start, start + BLOCK) for start in range(0, len(keys), BLOCK)]

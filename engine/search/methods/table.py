@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from engine.config import Config
 from engine.search.methods.best_first import BestFirst
+from engine.search.methods.cube import QuasiRandom, RandomSearch
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting
 from engine.search.methods.failure_kinds import FailureKinds
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch
 from engine.search.methods.optimizers import CrossEntropy, DifferentialEvolution
-from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.trust_regions import TrustRegions
 from engine.search.protocol import Box, Searcher, StreamAt
 from engine.streams import method_number

@@ -102,12 +102,11 @@ class TrustRegions(InCube):
                 moved[slots] = True
                 self._points[slots] = self._chosen(region, len(slots), stream)
         return [
-            Proposal(self._cube.genome(point), Operator.SAMPLED if learnt else Operator.RANDOM, self._birth(slot))
+            Proposal(
+                self._cube.genome(point), Operator.SAMPLED if learnt else Operator.RANDOM, Birth(self._generation, slot)
+            )
             for slot, (point, learnt) in enumerate(zip(self._points, moved.tolist(), strict=True))
         ]
-
-    def _birth(self, slot: int) -> Birth:
-        return Birth(self._generation, slot)
 
     def _learn(self, results: Sequence[Result]) -> None:
         known = [slot for slot, result in enumerate(results) if result.selectable]

@@ -22,9 +22,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.assessment import Evaluate
 from engine.portable import cholesky, exp, log, product, solved
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import (
     MOST_DRIVEN,
     NOT_KNOWN,
@@ -34,8 +34,7 @@ from engine.search.probability.estimates import (
     around,
     checked_samples,
 )
-from engine.search.probability.levels import Chains, Level, climb, joined, next_level
-from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.levels import DISTANCE, Chains, Level, Score, climb, joined, next_level
 from engine.search.statistics import Interval
 from engine.tables import Bools, Floats, Ints
 

@@ -12,19 +12,51 @@ their nearest tenth, and chains among them move at random.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 
+from engine.assessment import Evaluate
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import Count, Judge, Withheld
-from engine.search.probability.scores import Score, nearness
 from engine.streams import key_rows, operator_generator
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Method, Verdict
+
+# -- scores ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Score:
+    """One score. Both functions take runs and return (n,) values, which are meaningless for invalid runs."""
+
+    name: str
+    sentence: str
+    unit: str
+    nearness: Callable[[Assessment], Floats]
+    """Minus the distance to a failure, so larger values are nearer; not read for a failure."""
+    failed: Callable[[Assessment], Bools]
+
+
+DISTANCE = Score(
+    "distance",
+    "the least distance between the ego and another (MD); a failure is a collision",
+    "m",
+    lambda runs: -runs.min_distance,
+    lambda runs: runs.collided,
+)
+SCORES = {score.name: score for score in (DISTANCE,)}
+
+
+def nearness(score: Score, runs: Assessment) -> Floats:
+    """Return (n,) nearness by the score; infinite for a failure, minus infinite if unknown."""
+    near = np.where(score.failed(runs), np.inf, np.minimum(score.nearness(runs), 0.0))
+    return np.where(np.isnan(near), -np.inf, near)
+
 
 SHARE = 0.1
 """Share of a level's runs that are the seeds of the next level."""

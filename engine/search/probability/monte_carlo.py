@@ -23,11 +23,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.assessment import Evaluate, take
 from engine.config import Config
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
-from engine.search.assessment import Evaluate, take
 from engine.search.probability.estimates import (
     CONDITIONS,
     JOINT,
@@ -41,7 +41,7 @@ from engine.search.probability.estimates import (
 )
 from engine.search.probability.importance import LEAST as LEAST_IMPORTANCE
 from engine.search.probability.importance import importance_sampling
-from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.levels import DISTANCE, Score
 from engine.search.probability.subset_simulation import LEAST as LEAST_SUBSET
 from engine.search.probability.subset_simulation import subset_simulation
 from engine.search.statistics import clopper_pearson

@@ -18,8 +18,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from engine.assessment import Evaluate
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import (
     MOST_DRIVEN,
     NOT_KNOWN,
@@ -29,8 +29,7 @@ from engine.search.probability.estimates import (
     around,
     checked_samples,
 )
-from engine.search.probability.levels import Chains, Climb, climb
-from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.levels import DISTANCE, Chains, Climb, Score, climb
 from engine.search.statistics import Interval
 from engine.tables import Floats
 

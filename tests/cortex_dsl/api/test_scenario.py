@@ -226,7 +226,7 @@ WRONG: dict[str, Callable[[Scenario, Path], object]] = {
     "save below no folder": lambda s, tmp: s.show(s.sample()).save(tmp / "none" / "a.svg"),
     "save over a folder": lambda s, tmp: s.show(s.sample()).save(tmp),
     "method": lambda s, _: s.search(3),  # type: ignore[arg-type]
-    "aggregate": lambda s, _: s.search(aggregate=3),
+    "aggregate": lambda s, _: s.search(aggregate=3),  # type: ignore[arg-type]
     "workers": lambda s, _: s.search(workers=3),  # type: ignore[arg-type]
     "on_generation": lambda s, _: s.search(on_generation=3),  # type: ignore[arg-type]
     "out of a search": lambda s, _: s.search(out=3),  # type: ignore[arg-type]

@@ -107,9 +107,16 @@ def test_files_with_a_checksum(whole: Path, cortexc: Command, tmp_path: Path) ->
         assert found.code == 2, name
         assert f"`{run / name}` is changed" in found.said
         (run / name).write_bytes(right)
-    assert cortexc("resume", run, "--generations", 5).code == 0
+    assert "earlier state" not in cortexc("resume", run).said
+    said = cortexc("resume", run, "--generations", 5).said
     notes = cortexc("verify", run, "--sample", 0, "--json").document["notes"]
-    assert notes == [f"`{name}` was made from an earlier state of the journal" for name in OF_JOURNAL]
+    cures = (
+        f"`cortexc report {run}` writes the page again",
+        f"`cortexc verify {run} --model dynamic` asks for the second opinion again",
+    )
+    made = "was made from an earlier state of the journal"
+    assert notes == [f"`{name}` {made}; {cure}" for name, cure in zip(OF_JOURNAL, cures, strict=True)]
+    assert all(note in said for note in notes)
     other = shutil.copytree(whole, tmp_path / "other")
     for name in OF_JOURNAL:
         shutil.copy(run / name, other)
@@ -119,6 +126,19 @@ def test_files_with_a_checksum(whole: Path, cortexc: Command, tmp_path: Path) ->
     found = cortexc("verify", other, "--sample", 0)
     assert found.code == 2
     assert f"`{other / 'report.html'}` was made from another journal" in found.said
+
+
+def test_a_page_without_a_place_is_refused_before_it_is_computed(
+    whole: Path, cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page of a run takes minutes: a folder that may not be written is named at once."""
+    run = shutil.copytree(whole, tmp_path / "run")
+    monkeypatch.setattr("cortex_dsl.report.page.run_page.run_page", None)
+    monkeypatch.setattr("cortex_dsl.console.user_files.os.access", lambda place, _: Path(place) != run)
+    refused = cortexc("report", run)
+    assert refused.code == 2
+    assert f"cannot write `{run / 'report.html'}`: `{run}` is not writable" in refused.said
+    assert "--out FILE.html" in refused.said
 
 
 OF_JOURNAL = ("report.html", "verification.json")
@@ -142,6 +162,7 @@ def test_files_of_a_study(cortexc: Command, left_turn: Path, tmp_path: Path) -> 
         assert cortexc(again, study).code == 0
         assert files(study) == right
     page = (study / "report.html").read_bytes()
+    assert "earlier state" not in cortexc("resume", study).said
     assert "5 files beside the study follow from it" in cortexc("verify", study).out
     (study / "report.html").write_bytes(flipped(page, chance))
     assert cortexc("verify", study).code == 2

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from cortex_dsl import load
-from cortex_dsl.api.run_folder import search_and_keep
+from cortex_dsl.api.run_folder import SearchOptions, search_and_keep
 from engine.search.campaign import Progress
 from engine.search.journal import WITHOUT_CHAIN
 from engine.search.journal_reader import read_journal
@@ -357,7 +357,7 @@ def test_a_folder_that_is_removed_is_reported_at_once(cortexc: Command, left_tur
         heard.append(progress.generation)
 
     run.mkdir()
-    found = search_and_keep(scenario, "ga", run, on_generation=on_generation, on_removed=heard.append)
+    found = search_and_keep(scenario, "ga", run, SearchOptions(on_generation=on_generation, on_removed=heard.append))
     assert [each if isinstance(each, int) else "removed" for each in heard] == [0, 1, "removed", 2, 3, 4]
     assert isinstance(found.failure, RemovedError)
     assert len(found.campaign.generations) == 5

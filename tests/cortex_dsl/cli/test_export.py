@@ -306,7 +306,7 @@ def test_what_a_format_cannot_carry(
     cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The case and the format are named, and nothing of the format is written."""
-    from engine.interchange.contract import InterchangeError
+    from engine.errors import InterchangeError
 
     def refused(*_: object) -> None:
         raise InterchangeError("a lorry that flies", "keep it on the ground")

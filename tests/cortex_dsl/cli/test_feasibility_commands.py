@@ -99,6 +99,35 @@ def test_search_of_what_is_proved_impossible(method: str, cortexc: Command, scen
     assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    "words", [(), ("--condition", "joint"), ("--method", "subset"), ("--method", "importance")], ids=str
+)
+def test_probability_of_what_is_proved_impossible(words: tuple[str, ...], cortexc: Command, scenario: Scenario) -> None:
+    """Nothing is simulated by any method: exit code 3 with the conflict."""
+    path = scenario(*NEVER)
+    result = cortexc("probability", path, *words)
+    assert (result.code, result.out) == (3, "")
+    assert "no valid scene can be drawn from this file; that is proved" in result.said
+    document = cortexc("probability", path, *words, "--json").document
+    assert (document["value"], document["simulations"], document["withheld"]) == (None, 0, "invalid")
+    assert document["blame"]["conflict"]["proved"]
+
+
+def test_a_study_with_a_file_that_is_proved_impossible(
+    cortexc: Command, left_turn: Path, scenario: Scenario, tmp_path: Path
+) -> None:
+    """The file and its conflict are named, nothing is begun, and no folder is made: as for a file with errors."""
+    path, out = scenario(*NEVER), tmp_path / "study"
+    result = cortexc("study", left_turn, path, "--runs", 1, "--out", out)
+    assert result.code == 3
+    assert "no valid scene can be drawn from this file; that is proved" in result.said
+    assert f"`{path}` cannot be studied, and nothing is begun" in result.said
+    document = cortexc("study", left_turn, path, "--runs", 1, "--out", out, "--json").document
+    assert (document["file"], document["runs"]) == (str(path), 0)
+    assert document["blame"]["conflict"]["requirements"] == ["ego starts where it should", "far off"]
+    assert not out.exists()
+
+
 def test_sample_says_what_to_relax(cortexc: Command, left_turn: Path) -> None:
     """To reach the acceptance that was asked for."""
     assert "to accept 5.00 %: relax `" in cortexc(left_turn, "--sample", "50", "--target", "5%").out

@@ -2,8 +2,10 @@
 leaves, in every file.
 """
 
+import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -40,7 +42,7 @@ class Row:
 
     words: tuple[object, ...]
     again: tuple[object, ...]
-    """The command that continues or repeats it."""
+    """The command that continues or repeats it; (): it writes nothing."""
     begins_with: str = ""
     """The folder that is copied to F before the command: `long`, `short` or `study`."""
     spoilt: tuple[str, ...] = ()
@@ -59,9 +61,20 @@ def repeated(*words: object, begins_with: str = "", spoilt: tuple[str, ...] = ()
     return Row(words, words, begins_with, spoilt, every_byte)
 
 
+def reading(*words: object, begins_with: str = "") -> Row:
+    """Return a command that prints a document and changes no file."""
+    return Row((*words, "--json"), (), begins_with, (), every_byte)
+
+
 LONGER = ("resume", "F", "--generations", 4, "--jobs", 1)
 RESUMED = ("resume", "F", "--jobs", 1)
 COMMANDS: dict[str, Row] = {
+    "check": reading("FILE", "--check"),
+    "run": reading("FILE"),
+    "sample": reading("FILE", "--sample", 300, "--jobs", 1),
+    "analyse": reading("analyse", "F", "--budget", 300, "--jobs", 1, begins_with="long"),
+    "verify": reading("verify", "F", "--sample", 20, "--jobs", 1, begins_with="long"),
+    "probability of a file": reading("probability", "FILE", "--samples", 300, "--jobs", 1),
     "search": Row(("FILE", *SEARCH, "--generations", 4, "--out", "F"), RESUMED),
     "resume": Row(LONGER, LONGER, "short"),
     "report": repeated(
@@ -71,13 +84,18 @@ COMMANDS: dict[str, Row] = {
     ),
     "export": repeated("export", "long", "--to", "scn,xosc,csv,parquet", "--top", 2, "--out", "F"),
     "probability": repeated("probability", "F", "--samples", 300, "--jobs", 1, begins_with="long"),
+    "import": repeated("import", "CASE", "--to", "xosc,csv,scn", "--out", "F"),
+    "film": repeated("replay", "FILE", "--to", "F/case.html", begins_with="long"),
     "opinion": repeated("verify", "F", "--model", "dynamic", "--worst", 3, "--jobs", 1, begins_with="long"),
     "study": Row(("study", "FILE", *STUDY, "--jobs", 1, "--out", "F"), RESUMED),
     "study of processes": Row(("study", "FILE", *STUDY, "--jobs", 2, "--out", "F"), RESUMED),
     "report of a study": repeated("report", "F", begins_with="study", spoilt=("runs.csv", "summary.json")),
 }
-MANY, FEW = 20, 4
+UNFINISHED = re.compile(r"\.cortexc-part$|\.new")
+"""Names of files that a process has begun and not completed."""
+MANY, FEW = 40, 8
 """Instants at which a search or a study, and any other command, is interrupted, as laws count their examples."""
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @pytest.fixture(scope="module")
@@ -90,13 +108,15 @@ def made(command_server: ForkServer, left_turn: Path, tmp_path_factory: pytest.T
         "study": ("study", left_turn, *STUDY, "--jobs", 1),
     }.items():
         assert command_server.run(SMALL, *words, "--out", home / name).status == 0
+    case = ("export", home / "long", "--to", "xosc", "--out", home)
+    assert command_server.run(SMALL, *case).status == 0
+    next(home.glob("*.xosc")).rename(home / "case.xosc")
     return home
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("name", COMMANDS)
 def test_interrupted_at_any_instant(
-    name: str, number: signal.Signals, command_server: ForkServer, left_turn: Path, made: Path, tmp_path: Path
+    name: str, command_server: ForkServer, left_turn: Path, made: Path, tmp_path: Path
 ) -> None:
     """A signal is never lost: the exit code is that of the signal, or the work is finished. No half of a file is left
     that the next command does not replace.
@@ -104,8 +124,8 @@ def test_interrupted_at_any_instant(
     row = COMMANDS[name]
 
     def prepared(run: Path, words: tuple[object, ...]) -> list[object]:
-        names = {"F": run, "FILE": left_turn, "long": made / "long"}
-        return [names.get(str(word), word) for word in words]
+        names = {"F": run, "FILE": left_turn, "long": made / "long", "CASE": made / "case.xosc"}
+        return [str(word).replace("F/", f"{run}/") if word not in names else names[str(word)] for word in words]
 
     def begin(run: Path) -> None:
         if row.begins_with:
@@ -118,10 +138,10 @@ def test_interrupted_at_any_instant(
     start = time.perf_counter()
     whole = command_server.run(SMALL, *prepared(timed, row.words))
     assert whole.status == 0, whole
-    long, chance, expected = time.perf_counter() - start, random.Random(f"{name} {number}"), row.content(timed)
-    shutil.rmtree(timed)
-    for _ in range(share(MANY if name in ("search", "study") else FEW)):
-        run = tmp_path / "run"
+    long, chance, expected = time.perf_counter() - start, random.Random(name), row.content(timed)
+    shutil.rmtree(timed, ignore_errors=True)
+    for count in range(share(MANY if name in ("search", "study") else FEW)):
+        run, number = tmp_path / "run", SIGNALS[count % 2]
         begin(run)
         process = command_server.start(SMALL, *prepared(run, row.words))
         wait = chance.uniform(0.0, 1.1 * long)
@@ -130,16 +150,18 @@ def test_interrupted_at_any_instant(
             os.kill(process.pid, number)
         sent = time.perf_counter()
         ended = process.end()
-        at = f"{wait:.3f} of {long:.3f} s"
+        at = f"{number.name} after {wait:.3f} of {long:.3f} s"
         assert time.perf_counter() - sent < 5.0, (at, ended)
         assert ended.status in (0, 128 + number, -number), (at, ended)
         assert not any(word in ended.err for word in ("Traceback", "ignored")), (at, ended)
+        assert not [path for path in run.rglob("*") if UNFINISHED.search(path.name)], (at, ended)
+        assert "--json" not in row.words or not ended.out or json.loads(ended.out), (at, ended)
         begun = any((run / database).exists() for database in ("journal.sqlite", "study.sqlite"))
-        words = row.again if begun or row.again[0] != "resume" else row.words
-        again = command_server.run(SMALL, *prepared(run, words))
-        assert again.status == 0, (at, ended, again)
+        if words := row.words if "resume" in row.again and not begun else row.again:
+            again = command_server.run(SMALL, *prepared(run, words))
+            assert again.status == 0, (at, ended, again)
         assert row.content(run) == expected, at
-        shutil.rmtree(run)
+        shutil.rmtree(run, ignore_errors=True)
 
 
 INTERRUPTING = """
@@ -160,7 +182,7 @@ sys.exit(process())
 STARTING = ("cortex_dsl.cli", "cortex_dsl.installation", "cortex_dsl.cli.entry", "engine.errors", "cortex_dsl.lowering")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("name", [*STARTING, "atexit"])
 def test_interrupted_while_it_starts_and_ends(name: str, number: signal.Signals, left_turn: Path) -> None:
     """A signal during imports is reported in one line; after the work it ends the process without a word."""

@@ -346,7 +346,10 @@ def test_a_study_that_is_stopped_keeps_what_is_finished_and_says_how_to_go_on(
     assert "Traceback" not in ended.err
     assert "leaked" not in ended.err
     assert 2 <= finished_runs(folder) < 12
-    assert cortexc("study", "--resume", folder, "--jobs", 1).code == Exit.FINE
+    assert cortexc("report", folder).code == Exit.FINE
+    resumed = cortexc("study", "--resume", folder, "--jobs", 1)
+    assert resumed.code == Exit.FINE
+    assert f"earlier state of the journal; `cortexc report {folder}` writes the page again" in resumed.said
     assert contents(folder) == undisturbed
 
 

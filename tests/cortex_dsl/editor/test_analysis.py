@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.editor.completion import complete, mended
 from cortex_dsl.editor.hover import hover
-from cortex_dsl.editor.messages import cures
 from cortex_dsl.editor.navigation import definition, outline, references
 from cortex_dsl.editor.open_files import Positions
 from cortex_dsl.editor.place import place_of
+from cortex_dsl.editor.server import cures
 from cortex_dsl.semantics.evaluation.attributes import attribute_names
 from cortex_dsl.semantics.model.context import Cancelled
 from cortex_dsl.semantics.names.attribute_docs import ATTRIBUTE_DOCS

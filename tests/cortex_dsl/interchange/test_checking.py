@@ -29,7 +29,7 @@ def spoiled(case: ExportCase, name: str, folder: Path, file: str, pattern: str, 
             assert count == 1
             data = text.encode()
         (folder / each).write_bytes(data)
-    return list(FORMATS[name].checker(case, folder, list(export.files), ExportOptions()))
+    return list(FORMATS[name].load_checker()(case, folder, list(export.files), ExportOptions()))
 
 
 SPOILED = {
@@ -59,12 +59,12 @@ def test_values_of_nobody_are_found(worst: ExportCase, tmp_path: Path) -> None:
     export = FORMATS["xosc"].writer(worst, STEM, options)
     for each, content in export.files.items():
         (tmp_path / each).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert list(FORMATS["xosc"].checker(worst, tmp_path, list(export.files), options)) == []
+    assert list(FORMATS["xosc"].load_checker()(worst, tmp_path, list(export.files), options)) == []
     champions = tmp_path / f"{STEM}.champions.xosc"
     tag = "ValueSetDistribution"
     text, count = re.subn(rf"(?s)<{tag}>.*</{tag}>", f"<{tag} />", champions.read_text())
     champions.write_text(text)
-    (found,) = FORMATS["xosc"].checker(worst, tmp_path, list(export.files), options)
+    (found,) = FORMATS["xosc"].load_checker()(worst, tmp_path, list(export.files), options)
     assert count == 1
     assert found.place.startswith(champions.name)
     assert found.reason == "<ValueSetDistribution> holds no values"
@@ -104,7 +104,7 @@ def test_another_brake_is_found(tmp_path: Path) -> None:
     (text,) = FORMATS["scn"].writer(case, stem, ExportOptions()).files.values()
     for spoilt, said in ((str(text), []), (str(text).replace("(0.5)", "(0.1)"), ["it does not run the same way"])):
         (tmp_path / f"{stem}.scn").write_text(spoilt)
-        findings = list(FORMATS["scn"].checker(case, tmp_path, [f"{stem}.scn"], ExportOptions()))
+        findings = list(FORMATS["scn"].load_checker()(case, tmp_path, [f"{stem}.scn"], ExportOptions()))
         assert [finding.reason for finding in findings][:1] == said
 
 
@@ -156,7 +156,7 @@ def test_who_never_comes_in_is_left_out_and_reported(name: str, tmp_path: Path) 
     export = FORMATS[name].writer(case, case.recording.name, ExportOptions())
     for file, content in export.files.items():
         (tmp_path / file).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert list(FORMATS[name].checker(case, tmp_path, list(export.files), ExportOptions())) == []
+    assert list(FORMATS[name].load_checker()(case, tmp_path, list(export.files), ExportOptions())) == []
     if name != "scenic":  # where it stands in the source, in a scenario that nobody starts
         assert export.remarks[0] == "`box` never comes in, and is left out"
         assert not any(b"box" in (tmp_path / file).read_bytes() for file in export.files)
@@ -180,7 +180,7 @@ def test_a_film_of_another_run_is_found(
     (data,) = write_mcap(spoil(worst.recording), STEM).files.values()
     assert isinstance(data, bytes)
     (tmp_path / f"{STEM}.mcap").write_bytes(data)
-    findings = list(FORMATS["mcap"].checker(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
+    findings = list(FORMATS["mcap"].load_checker()(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
     assert any(said in finding.reason for finding in findings), findings[:3]
     assert all(finding.place.startswith(f"{STEM}.mcap") for finding in findings)
 
@@ -191,7 +191,7 @@ def test_a_broken_film_is_reported(worst: ExportCase, tmp_path: Path) -> None:
     assert isinstance(data, bytes)
     for spoilt in (b"", data[:200], data[:5000] + b"?" + data[5001:]):
         (tmp_path / f"{STEM}.mcap").write_bytes(spoilt)
-        assert list(FORMATS["mcap"].checker(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
+        assert list(FORMATS["mcap"].load_checker()(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
 
 
 def test_two_millimetres_are_found(worst: ExportCase, tmp_path: Path) -> None:

@@ -8,10 +8,10 @@ import pytest
 from cortex_dsl.cli import main
 from cortex_dsl.interchange import formats
 from cortex_dsl.interchange.cases import ExportCase
-from cortex_dsl.interchange.formats import FORMATS, missing_extra
-from cortex_dsl.interchange.writing import gather
+from cortex_dsl.interchange.formats import FORMATS, gather, missing_extra
+from engine.errors import InterchangeError
 from engine.extras import installing
-from engine.interchange.contract import MODES, OSC_VERSIONS, Export, ExportOptions, InterchangeError
+from engine.interchange.contract import MODES, OSC_VERSIONS, Export, ExportOptions
 from engine.interchange.sources import read_recording
 
 INSTALLED = [name for name in FORMATS if not missing_extra(name)]
@@ -43,7 +43,7 @@ def test_nothing_that_was_written_is_found_fault_with(worst: ExportCase, name: s
     export = FORMATS[name].writer(worst, worst.recording.name, ExportOptions(mode=mode))
     for file, content in export.files.items():
         (tmp_path / file).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert list(FORMATS[name].checker(worst, tmp_path, list(export.files), ExportOptions(mode=mode))) == []
+    assert list(FORMATS[name].load_checker()(worst, tmp_path, list(export.files), ExportOptions(mode=mode))) == []
 
 
 def test_a_missing_package_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

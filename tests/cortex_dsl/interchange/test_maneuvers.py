@@ -18,7 +18,9 @@ from cortex_dsl.interchange.maneuvers.formulas import nearest_lane
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, ManeuverPlan, Measure
+from engine.interchange.openscenario.read.parameters import substituted
 from engine.interchange.openscenario.versions import VERSIONS
+from engine.interchange.xml import read_xml
 from engine.opendrive.read import read_opendrive
 from engine.scenes import Scenes, actor_columns
 from engine.search.ranking import worst_cases
@@ -121,6 +123,16 @@ def test_the_examples_are_valid_in_every_version(path: Path, version: str) -> No
     for text in export.files.values():
         assert findings("openscenario", version, text) == []
     assert any("view sector" in remark for remark in export.remarks)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_the_reader_evaluates_every_expression_that_is_written(path: Path, tmp_path: Path) -> None:
+    """However long it is: `cortexc import` then names what depends on the simulation, not an expression."""
+    files = maneuver_files(case_of(load(path)), "case", ExportOptions(mode="maneuver"), "road.xodr").files
+    (tmp_path / "case.xosc").write_text(str(files["case.xosc"]), encoding="utf-8")
+    read = substituted(read_xml(tmp_path / "case.xosc", "OpenSCENARIO"))
+    values = [value for each in read.walk() for value in each.attributes.values()]
+    assert "$" not in "".join(values)
 
 
 def test_the_command_offers_the_versions_that_there_are() -> None:

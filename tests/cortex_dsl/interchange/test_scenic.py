@@ -12,7 +12,8 @@ import pytest
 from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
 from cortex_dsl.interchange.formats import FORMATS, scenic
-from engine.interchange.contract import ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import ExportOptions
 from engine.road import LaneRole, build_network
 from engine.vocabulary import State
 
@@ -57,7 +58,7 @@ def test_everybody_stands_where_the_run_began(path: Path, tmp_path: Path) -> Non
         assert (state[State.X], state[State.Y], state[State.HEADING] - math.pi / 2.0) in nearest
     for name, content in export.files.items():
         (tmp_path / name).write_text(str(content), encoding="utf-8")
-    check = FORMATS["scenic"].checker
+    check = FORMATS["scenic"].load_checker()
     assert (
         list(
             check(

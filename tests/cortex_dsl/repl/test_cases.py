@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import load
 from cortex_dsl.console.terminal import Terminal
 
 from .conftest import LEFT_TURN, Talk

@@ -6,7 +6,7 @@ import pytest
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from cortex_dsl.repl import commands, offers
+from cortex_dsl.repl import commands, prompt
 from cortex_dsl.repl.prompt import DraftCompleter
 from cortex_dsl.repl.state import State
 
@@ -82,4 +82,4 @@ def test_cases_and_files(loaded: Talk, tmp_path: Path, monkeypatch: pytest.Monke
 def test_every_kind_of_word_has_its_offers() -> None:
     """The table of commands names what exists."""
     kinds = {kind for row in commands.COMMANDS.values() for kind in row.completes}
-    assert kinds == {*offers.KINDS, *offers.PATHS, "value", "aim"}
+    assert kinds == {*prompt.KINDS, *prompt.PATHS, "value", "aim"}

@@ -10,8 +10,8 @@ import pytest
 from numba import njit
 
 from cortex_dsl.console.terminal import Terminal
-from cortex_dsl.repl import session_kernels
-from cortex_dsl.repl.session_kernels import Kernels
+from cortex_dsl.repl import state
+from cortex_dsl.repl.state import Kernels
 from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING
 from engine import compiling_apart
 from engine.compiling_apart import KernelDemand, Part
@@ -55,9 +55,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("CORTEXC_CACHE", str(tmp_path))
     monkeypatch.setattr(jit, "cache_folder", lambda: made)
     monkeypatch.setattr(jit, "packaged", lambda: None)
-    monkeypatch.setattr(session_kernels, "SESSION", ("weigh",))
-    monkeypatch.setattr(session_kernels, "warm_up", lambda scenario: None)
-    monkeypatch.setattr(session_kernels, "PATIENCE", 0.0)
+    monkeypatch.setattr(state, "SESSION", ("weigh",))
+    monkeypatch.setattr(state, "warm_up", lambda scenario: None)
+    monkeypatch.setattr(state, "PATIENCE", 0.0)
     return made
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from cortex_dsl.report.findings.search_report import SearchReport
+from engine.assessment import take
 from engine.config import SearchConfig
 from engine.maps import RoadSpec
 from engine.outcomes import MEASURED, Assessment, Outcomes, blank_outcomes
 from engine.program import ChoiceLabel, ParamSpace, Program, Requirement, Rule, Settings, VariantLabel
 from engine.scenes import Scenes, Trajectory
-from engine.search.assessment import take
 from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, distinct_collisions, figures, generation_figures, judge
 from engine.search.insight.gene_effects import Probes, gene_effects

@@ -13,8 +13,7 @@ from typing import Any
 import pytest
 from rich.console import Console, RenderableType
 
-from cortex_dsl.interchange.formats import FORMATS, checked_of
-from cortex_dsl.interchange.writing import Gathered
+from cortex_dsl.interchange.formats import FORMATS, Gathered, checked_of
 from cortex_dsl.report.findings.interchange_report import MeasuredReport, Written, road_outline
 from cortex_dsl.report.terminal.interchange_view import export_view, measured_view
 from cortex_dsl.report.terminal.theme import THEME

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import load
 from cortex_dsl.console.kernels import SEARCH
 from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING, KernelProgress
 from engine.compiling_apart import PARTS, KernelDemand

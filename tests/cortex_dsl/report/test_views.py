@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from rich.console import Console, Group, RenderableType
 
-from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.readable import KM_H, name_of
 from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -27,6 +26,7 @@ from cortex_dsl.report.terminal.search_view import paper_details, rejections, se
 from cortex_dsl.report.terminal.theme import THEME, title_of
 from cortex_dsl.report.views.run import run_screen
 from cortex_dsl.report.views.search import comparison_screen, search_screen
+from cortex_dsl.semantics.names.linking import FixedParam
 from engine.maps import RoadSpec
 from engine.metrics import Metric, Recorded
 from engine.outcomes import Outcomes

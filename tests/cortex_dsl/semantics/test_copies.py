@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.concrete import concrete_files
+from cortex_dsl.api.concrete import Original, concrete_files
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.config import SimulationConfig
@@ -25,9 +25,10 @@ def test_copy_gives_the_same_actors(path: Path) -> None:
     keys = key_rows(7, Method.SAMPLE, 0, 0, np.arange(SCENES), 0)
     scenes = sample(program, draw_genomes(program.space, keys), keys, SimulationConfig())
     columns = len(Column) * len(program.actors)
+    original = Original(program, compiled.module, SimulationConfig())
     assert scenes.valid.any()
     for row in np.flatnonzero(scenes.valid):
-        (text,) = concrete_files(program, compiled.module, scenes, int(row), SimulationConfig()).values()
+        (text,) = concrete_files(original, scenes, int(row)).values()
         copy = compile_source(Source("copy.scn", text)).program
         again = sample(copy, np.zeros((1, 0)), keys[row : row + 1], SimulationConfig())
         assert (len(copy.variants), len(copy.space)) == (1, 0)

@@ -7,7 +7,7 @@ from scipy import stats
 from cortex_dsl import CompileError, Scenario, compile_text
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.semantics import elaboration
-from engine.choices import numbered
+from engine.program import numbered
 from engine.road import build_network
 from engine.scenes import actor_columns
 from engine.vocabulary import Column

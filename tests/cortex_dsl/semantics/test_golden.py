@@ -14,7 +14,7 @@ from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.report.findings.snippet import render_text
 from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.errors import declared
-from cortex_dsl.semantics.model import limits, state
+from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from tests.golden import matches
@@ -28,7 +28,7 @@ PROBLEMS = list(declared().values())
 @pytest.fixture(autouse=True)
 def _little_patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files that would take too long are refused sooner here."""
-    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)
     monkeypatch.setattr(state, "BODY_LIMIT", 200)
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from cortex_dsl import CompileError, compile_text
-from cortex_dsl.semantics.model.limits import REPETITION_LIMIT
+from cortex_dsl.semantics.model.state import REPETITION_LIMIT
 
 TWICE = "for a in range(9999) for b in range(9999)"
 LOOPS = {

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.elaboration import elaborate
-from cortex_dsl.semantics.model import limits
+from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from tests.laws import examples
@@ -32,9 +32,9 @@ PIECES = """3 | 2 m | -1 | 0 | 1e308 | 'a' | None | True | [1, 2] | (1, 2) | lan
 @pytest.fixture(autouse=True, scope="module")
 def _little_patience() -> Iterator[None]:
     """Refuse endless files soon."""
-    before, limits.EVALUATION_LIMIT = limits.EVALUATION_LIMIT, 20_000
+    before, state.EVALUATION_LIMIT = state.EVALUATION_LIMIT, 20_000
     yield
-    limits.EVALUATION_LIMIT = before
+    state.EVALUATION_LIMIT = before
 
 
 @examples(150)

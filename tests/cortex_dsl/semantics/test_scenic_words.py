@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl import CompileError, compile_text
-from cortex_dsl.semantics.model import limits
+from cortex_dsl.semantics.model import state
 from cortex_dsl.semantics.names.properties import IGNORED, SCENIC_ONLY
 from engine.vocabulary import Column, Verdict
 from tests.cortex_dsl.semantics.conftest import findings
@@ -243,7 +243,7 @@ def test_loops_and_functions_of_the_top_level() -> None:
 )
 def test_limits_of_what_the_compiler_runs(text: str, code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each has its code, and nothing hangs; the limit as it is ends a block of the reference."""
-    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)
     assert errors(HERE + text + "ego = new Car on road\n")[0] == code
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import compile_source
-from cortex_dsl.semantics.model import limits
+from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
 
 Said = Callable[..., list[str]]
@@ -30,7 +30,7 @@ Answered = Callable[..., list[tuple[str, str]]]
     ids=["spread", "text", "compared", "joined", "ranges", "sums", "slices", "extrema", "searches", "all"],
 )
 def test_what_multiplies_ends(lines: str, code: str, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)
     assert code in said(lines)
 
 
@@ -54,7 +54,7 @@ def test_what_is_too_much_is_pointed_at(text: str, place: str, limit: str, monke
     """The loop, list or call to be shortened, and not where in it the last of the work happened to be. All work of a
     loop counts as repetition.
     """
-    monkeypatch.setattr(limits, limit, 20_000)
+    monkeypatch.setattr(state, limit, 20_000)
     with pytest.raises(CompileError) as caught:
         compile_source(Source("m.scn", f"map intersection()\nego = new Car on road\n{text}"))
     (found,) = [each for each in caught.value.diagnostics if each.code == "SCN434"]

@@ -6,9 +6,8 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.source import Source
-from cortex_dsl.syntax import copies
-from cortex_dsl.syntax.copies import format_copy
-from cortex_dsl.syntax.formatting import format_source
+from cortex_dsl.syntax import formatting
+from cortex_dsl.syntax.formatting import format_copy, format_source
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.scn"))
 LONG = "1.2345678901234567e-05"
@@ -27,7 +26,7 @@ x1 = f"{{A}} {n}"
 
 @pytest.fixture(autouse=True)
 def _nothing_known() -> None:
-    copies._places.cache_clear()
+    formatting._places.cache_clear()
 
 
 def numbered(number: str, n: int = 1) -> Source:
@@ -45,13 +44,13 @@ def test_lines_of_a_copy_end_where_they_should() -> None:
 def test_only_the_first_of_a_shape_is_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Texts that differ in numbers, comments and short texts have one shape; a word or a line makes another."""
     parsed: list[Source] = []
-    parse = copies.parse
+    parse = formatting.parse
 
     def counted(source: Source) -> object:
         parsed.append(source)
         return parse(source)
 
-    monkeypatch.setattr(copies, "parse", counted)
+    monkeypatch.setattr(formatting, "parse", counted)
     first = numbered("1.0")
     for number in ("1.0", "2.5", "77", LONG):
         source = numbered(number)

@@ -12,12 +12,11 @@ from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation.attributes import attribute_names
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
-from cortex_dsl.semantics.model import limits
+from cortex_dsl.semantics.model import state
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
-from cortex_dsl.semantics.model.limits import CALL_LIMIT, EVALUATION_LIMIT, REPETITION_LIMIT
+from cortex_dsl.semantics.model.state import CALL_LIMIT, EVALUATION_LIMIT, REPETITION_LIMIT
 from cortex_dsl.semantics.names.builtins import Kind, names_of
-from cortex_dsl.semantics.names.classes import CLASSES
-from cortex_dsl.semantics.names.properties import ENVIRONMENT, all_properties
+from cortex_dsl.semantics.names.properties import CLASSES, ENVIRONMENT, all_properties
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.errors import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
@@ -50,7 +49,7 @@ def test_block(line: int, kind: str, code: str, text: str, monkeypatch: pytest.M
         parse(source)
         return
     assert kind == "scn-error"
-    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)  # what would take too long is refused sooner here
+    monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)  # what would take too long is refused sooner here
     with pytest.raises(CompileError) as caught:
         compile_source(source) if code >= "SCN2" else parse(source)
     assert [d.code for d in caught.value.diagnostics if d.severity is Severity.ERROR] == [code]

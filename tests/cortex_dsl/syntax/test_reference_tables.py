@@ -22,8 +22,8 @@ from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, P
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
 from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
+from engine.judged import NAMED_RESULTS
 from engine.maps import LoneRoad, RoadSpec, Roundabout
-from engine.named_results import NAMED_RESULTS
 from engine.road.lone_road import FLATTEST, LONGEST, MOST_BENT, SHORTEST
 from engine.road.roundabout import ARMS, CORNERS, RADII
 from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES, SPEED_LIMITS

@@ -12,10 +12,10 @@ import pytest
 
 import cortex_dsl as cx
 from engine import batch, host
+from engine.assessment import take
 from engine.control import columns
 from engine.driving import stepping
-from engine.driving.asking import HOPELESS
-from engine.driving.blocks import Driven, Driver
+from engine.driving.blocks import HOPELESS, Driven, Driver
 from engine.driving.decisions import is_reproducible
 from engine.driving.observations import EGOCENTRIC
 from engine.driving.stepping import ParallelRuns
@@ -23,7 +23,6 @@ from engine.errors import ControllerError
 from engine.kernels.rows import simulate_rows
 from engine.outcomes import Outcomes
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.tables import Bools, Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Verdict

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from engine.control import Action, Control
-from engine.driving import decision_pages as pages_module
-from engine.driving.decision_pages import DecisionPages
+from engine.driving import stepping as pages_module
+from engine.driving.stepping import DecisionPages
 from engine.kernels.slots import PAGE
 from engine.tables import Floats
 

@@ -21,8 +21,7 @@ import cortex_dsl as cx
 from engine.driving import stacks
 from engine.driving.blocks import Driven, Driver
 from engine.driving.named import named_driver
-from engine.driving.processes import Memory
-from engine.driving.stacks import stack_of
+from engine.driving.stacks import Memory, stack_of
 from engine.errors import ControllerError, LostError
 from engine.vocabulary import Verdict
 from tests.engine.driving.test_blocks import same

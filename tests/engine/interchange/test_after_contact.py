@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.errors import InterchangeError
 from engine.interchange.after_contact import ONWARD, shown_after_contact, up_to_contact
-from engine.interchange.contract import AFTER_CONTACT, ExportOptions, InterchangeError
+from engine.interchange.contract import AFTER_CONTACT, ExportOptions
 from engine.interchange.measuring import measure
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.read import read_openscenario

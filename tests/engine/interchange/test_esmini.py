@@ -12,9 +12,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from engine.errors import InterchangeError
 from engine.interchange import esmini
 from engine.interchange.after_contact import shown_after_contact
-from engine.interchange.contract import ExportOptions, InterchangeError
+from engine.interchange.contract import ExportOptions
 from engine.interchange.esmini import Played, child, esmini_library, fidelity, recorded
 from engine.interchange.esmini.fidelity import Certificate, certified
 from engine.interchange.recording import RecordedCase, Recording, states_at

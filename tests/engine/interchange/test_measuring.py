@@ -18,7 +18,7 @@ from engine.interchange.measuring import Measured, measure
 from engine.interchange.recording import recorded_run
 from engine.kernels.geometry import Box, box_distance
 from engine.metrics import Body, bodies_of, measure_trajectory
-from engine.metrics.driving import OF_ACTORS
+from engine.metrics.table import OF_ACTORS
 from engine.outcomes import Outcomes
 from engine.tables import A_BUILDING
 from engine.vehicles import MODELS

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.kernels.cache_key import KERNEL_INPUTS, KERNELS, syntax_digest, text_digest
+from engine.kernels.jit import KERNEL_INPUTS, KERNELS, syntax_digest, text_digest
 
 Edit = Callable[[str], str]
 WORDS: tuple[Edit, ...] = (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
-from engine.driving.environment import Environment
+from engine.environment import Environment
 from engine.tables import SLIDING
 from engine.vocabulary import State
 

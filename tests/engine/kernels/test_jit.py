@@ -101,17 +101,15 @@ class Installation:
         (self.package / "operators").mkdir()
         names = (
             "__init__.py",
-            "named_results.py",
             "opcodes.py",
             "operators/__init__.py",
             "vocabulary.py",
             "outcomes.py",
-            "result_row.py",
             "tables.py",
             "user_cache.py",
             "kernels/__init__.py",
             "handles.py",
-            "kernels/cache_key.py",
+            "judged.py",
             "kernels/handle_types.py",
             "kernels/jit.py",
             "kernels/numba_internals.py",

@@ -160,6 +160,18 @@ def test_every_deferred_kernel_is_needed_by_some_program() -> None:
     assert {each.name for each in kernels - named} <= rule
 
 
+def test_every_shared_kernel_states_whether_it_counts_references() -> None:
+    """An option that is left out is that of the caller under compilation, which then refuses new arrays."""
+    kernels = {
+        function
+        for module in pkgutil.iter_modules(engine.kernels.__path__, "engine.kernels.")
+        for function in vars(importlib.import_module(module.name)).values()
+        if isinstance(function, Shared)
+    }
+    assert kernels
+    assert [each.name for each in kernels if "_nrt" not in each.dispatcher.targetoptions] == []
+
+
 def test_the_tables_name_every_instruction_that_calls_a_deferred_kernel() -> None:
     """A row that is missing would let a program without the others of its family fail."""
     geometry = {op for op in Op if Op.PATH_POSE <= op < Op.STATE} - {Op.PATH_POSE, Op.REGION_DISTANCE}

@@ -91,7 +91,7 @@ def test_outline_is_inside_when_all_its_points_are(
         ys = y + a * math.sin(heading) + b * math.cos(heading)
         return all(network.regions.contains(ROAD_REGION, px, py) for px, py in zip(xs.flat, ys.flat, strict=True))
 
-    inside = region_contains_box(road, ROAD_REGION, x, y, heading, length, width)
+    inside = region_contains_box(road, ROAD_REGION, Box(x, y, heading, length, width))
     if inside:
         assert all_inside(1.0 - 1e-9)
     elif all_inside(1.02):
@@ -112,7 +112,7 @@ def test_outline_in_an_arm_is_inside_when_it_reaches_neither_kerb(
     turn = heading - out
     room = 3.5 - abs(offset) - 0.5 * (length * abs(math.sin(turn)) + width * abs(math.cos(turn)))
     if abs(room) > 1e-9:
-        assert region_contains_box(road, ROAD_REGION, x, y, heading, length, width) == (room > 0.0)
+        assert region_contains_box(road, ROAD_REGION, Box(x, y, heading, length, width)) == (room > 0.0)
 
 
 @given(places, st.floats(0.0, 1.0), st.data())
@@ -121,7 +121,7 @@ def test_a_car_in_its_lane_is_inside_the_road(place: int, share: float, data: st
     network, road = PLACES[place]
     lane = data.draw(st.sampled_from([lane for lane in network.lanes if lane.length > 10.0]))
     x, y, heading = path_pose(road, lane.path, 2.5 + share * (lane.length - 5.0))
-    assert region_contains_box(road, ROAD_REGION, x, y, heading, 4.5, 1.8)
+    assert region_contains_box(road, ROAD_REGION, Box(x, y, heading, 4.5, 1.8))
 
 
 @given(places, st.data(), st.floats(0.0, 1.0, exclude_max=True), st.floats(0.0, 1.0, exclude_max=True))
@@ -252,7 +252,7 @@ def test_cells_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, e
     for place in ((x, y), (x, float(corner[1])), (float(corner[0]) + u, float(corner[1]) + v)):
         if abs(region_depth(bare, ROAD_REGION, *place)) > 1e-9:  # on the rim either answer is right
             assert region_contains(road, ROAD_REGION, *place) == region_contains(bare, ROAD_REGION, *place)
-        boxes = [region_contains_box(each, ROAD_REGION, *place, heading, 4.5, 1.8) for each in (road, bare)]
+        boxes = [region_contains_box(each, ROAD_REGION, Box(*place, heading, 4.5, 1.8)) for each in (road, bare)]
         assert boxes[0] == boxes[1]
     for place in ((math.nan, y), (x, math.nan), (math.inf, y), (x, -math.inf)):
         assert not region_contains(road, ROAD_REGION, *place)

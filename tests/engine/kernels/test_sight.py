@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine.kernels.geometry import Box, View
-from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, look
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, Shades, look
 from tests.engine.kernels.sight_reference import BORDER, Scene, agrees, by_rays, drawn, seen_area, table
 
 ALL_AROUND = View(0.0, 0.0, 0.0, math.tau, 50.0)
@@ -19,7 +19,7 @@ def looked(view: View, target: Box, *shades: Box, viewer: int = -1, looked_at: i
     """Some of what hides is in the table of actors, some are buildings."""
     listed = max(viewer, looked_at) + 1 or len(shades) // 2
     buildings = np.array(shades[listed:], dtype=np.float64).reshape(-1, 5)
-    return look(view, target, table([*shades[:listed]]), 0, listed, buildings, viewer, looked_at)
+    return look(view, target, Shades(table([*shades[:listed]]), 0, listed, viewer, looked_at), buildings)
 
 
 @pytest.mark.parametrize("grid", [False, True])

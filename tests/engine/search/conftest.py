@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine.assessment import Evaluate
 from engine.config import Config, SearchConfig
 from engine.outcomes import MEASURED, Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.evaluations import Evaluations, judge
 from engine.search.manifest import Manifest, Parameter
 from engine.search.protocol import Box

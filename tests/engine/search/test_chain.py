@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from benchmarks import corruptions
+from engine.assessment import Evaluate
 from engine.config import SearchConfig
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.campaign import Progress
 from engine.search.chain import last_link
 from engine.search.journal import Journal

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from engine.assessment import Evaluate, map_arrays, take
 from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate, map_arrays, take
 from engine.search.campaign import Campaign
 from engine.search.evaluations import (
     NOBODY,

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from cortex_dsl import load
+from engine.assessment import take
 from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment, blank_outcomes
 from engine.risk import Risk
 from engine.scenes import Scenes
-from engine.search.assessment import take
 from engine.search.evaluator import assessment, make_host
 from engine.search.insight.gene_effects import probe_genes
 from engine.search.protocol import Box

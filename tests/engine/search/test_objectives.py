@@ -11,12 +11,12 @@ import pytest
 
 import cortex_dsl as cx
 from cortex_dsl import Scenario
+from engine.assessment import take
 from engine.avoidability import Avoidance, avoidability
 from engine.errors import ArgumentError, ArgumentKindError
 from engine.metrics.values import pet_by_area
 from engine.outcomes import Outcomes
 from engine.risk import assess
-from engine.search.assessment import take
 from engine.search.insight.analysis import analyse
 from engine.search.objectives import (
     BUILT_IN,

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from engine.assessment import Evaluate
 from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.campaign import Campaign, Progress
 from engine.search.evaluations import Evaluations
 from engine.search.journal import Journal

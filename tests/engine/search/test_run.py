@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine.assessment import Evaluate, concatenate, take
 from engine.config import Config, GAConfig, SearchConfig
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.campaign import Campaign, Progress
 from engine.search.methods.ga import PRESETS
 from engine.search.protocol import Box, Operator

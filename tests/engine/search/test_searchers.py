@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.assessment import Evaluate
 from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine.assessment import Evaluate, take
 from engine.atomic import write_all
 from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate, take
 from engine.search.campaign import Campaign, OnGeneration
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl import Scenario, load
-from cortex_dsl.api.run_folder import search_and_keep
+from cortex_dsl.api.run_folder import SearchOptions, search_and_keep
 from engine.extras import MissingExtraError
 from engine.search.campaign import Progress
 from engine.search.workers import (
@@ -67,7 +67,7 @@ def test_processes_write_the_same_journal(scenario: Scenario, alone: dict[str, l
     """Two processes, row by row; the same for threads."""
     for kind in ("threads", "processes"):
         (tmp_path / kind).mkdir()
-        search_and_keep(scenario, "niching", tmp_path / kind, workers=Workers(kind, 2))
+        search_and_keep(scenario, "niching", tmp_path / kind, SearchOptions(workers=Workers(kind, 2)))
         assert tables(tmp_path / kind) == alone
 
 
@@ -79,7 +79,7 @@ def test_the_world_in_processes(scenario: Scenario, tmp_path: Path) -> None:
     world = replace(scenario, config=replace(scenario.config, search=search))
     for jobs in (1, 2):
         (tmp_path / str(jobs)).mkdir()
-        search_and_keep(world, "random", tmp_path / str(jobs), workers=workers_for("world", jobs))
+        search_and_keep(world, "random", tmp_path / str(jobs), SearchOptions(workers=workers_for("world", jobs)))
     assert tables(tmp_path / "1") == tables(tmp_path / "2")
 
 
@@ -135,7 +135,8 @@ def test_a_cluster_that_loses_a_worker(
         if progress.generation == 1:
             threading.Timer(0.005, workers[0].send_signal, (signal.SIGKILL,)).start()
 
-    search_and_keep(scenario, "niching", tmp_path, on_generation=kill_one, workers=Workers("dask", 2, address))
+    options = SearchOptions(on_generation=kill_one, workers=Workers("dask", 2, address))
+    search_and_keep(scenario, "niching", tmp_path, options)
     assert workers[0].wait(timeout=300) == -signal.SIGKILL
     assert workers[1].poll() is None
     assert tables(tmp_path) == alone

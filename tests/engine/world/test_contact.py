@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from engine.config import ContactConfig
 from engine.kernels.impacts.motion import PULSE
+from engine.scenes import Impact
 from engine.vehicles import CAR, MODELS
 from engine.vocabulary import ActorKind, Column
 from engine.world.bodies import Physique, new_space, physique, rub, solid
-from engine.world.impacts import Impact, Recorder, clock_position
+from engine.world.impacts import Recorder, clock_position
 from tests.laws import examples
 
 SUBSTEP = 0.0025
@@ -248,5 +249,7 @@ def test_axle_loads_add_up_to_the_weight() -> None:
     for kind in ActorKind:
         one = actor(kind)
         rests = one.supports
-        assert rests.rear_grip + rests.front_grip == pytest.approx(9.81)
-        assert rests.rear_grip * rests.rear + rests.front_grip * rests.front == pytest.approx(0.0, abs=1e-9)
+        assert rests.rear.grip + rests.front.grip == pytest.approx(9.81)
+        assert rests.rear.grip * rests.rear.offset + rests.front.grip * rests.front.offset == pytest.approx(
+            0.0, abs=1e-9
+        )

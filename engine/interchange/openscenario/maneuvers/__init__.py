@@ -10,7 +10,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from engine.interchange.contract import Export, ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import Export, ExportOptions
 from engine.interchange.opendrive import RoadMap
 from engine.interchange.openscenario.document import (
     ParameterDeclaration,
@@ -18,11 +19,11 @@ from engine.interchange.openscenario.document import (
     header,
     new_document,
     plain_name,
+    remarks_on_environment,
 )
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ManeuverPlan, Parameter
 from engine.interchange.openscenario.maneuvers.positions import Places
 from engine.interchange.openscenario.maneuvers.storyboard import Notation, add_storyboard
-from engine.interchange.openscenario.surroundings import remarks_on_environment
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.openscenario.write import add_signals
 from engine.interchange.own_metadata import FILE_PREFIX

@@ -9,9 +9,10 @@ triggers that exclude each other and the phases, need no order.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.openscenario.document import (
     AT_ONCE,
+    add_environment,
     literal,
     speed_action,
     teleport,
@@ -34,7 +35,6 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     none_of,
 )
 from engine.interchange.openscenario.maneuvers.positions import Places
-from engine.interchange.openscenario.surroundings import add_environment
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.openscenario.write import add_group, add_replay, stretches
 from engine.interchange.recording import Recording

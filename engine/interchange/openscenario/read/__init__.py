@@ -6,15 +6,16 @@ one grid of samples, with a check of their speeds. Every defect of a file is an 
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from engine.errors import InterchangeError, name_cure, quoted
 from engine.interchange.after_contact import FACT, up_to_contact
-from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.openscenario.read.actions import (
+    ACTED_ON,
     TimedAction,
     condition_name,
     is_steered,
@@ -22,20 +23,56 @@ from engine.interchange.openscenario.read.actions import (
     stop_time,
     timed_actions,
 )
-from engine.interchange.openscenario.read.elements import READ, REMARKED
-from engine.interchange.openscenario.read.entities import Entity, read_entities
-from engine.interchange.openscenario.read.motion import Coast, Placed, Polyline, Surroundings, Track, place
+from engine.interchange.openscenario.read.entities import BODIES, Entity, read_entities
+from engine.interchange.openscenario.read.motion import KINDS, Coast, Placed, Polyline, Surroundings, Track, place
 from engine.interchange.openscenario.read.parameters import Catalogs, substituted
 from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_of, presence, states
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
 from engine.interchange.road_levels import LEVEL, level_notes
-from engine.interchange.unread import unread_elements
-from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrNetwork
+from engine.unread import unread_elements
 from engine.vocabulary import State
+from engine.xml import LIMITS, NUMBER, Limits, Node, read_xml
+
+# -- elements that are read --------------------------------------------------------------------------------------------
+
+READ: Mapping[str, Collection[str] | None] = dict.fromkeys(
+    (
+        *("OpenSCENARIO", "FileHeader", "ParameterDeclarations", "CatalogLocations", "RoadNetwork", "LogicFile"),
+        *("Entities", "ScenarioObject", "CatalogReference", "Properties", "Property", *BODIES, "BoundingBox", "Center"),
+        *("Dimensions", "Performance", "Axles", "FrontAxle", "RearAxle", "Storyboard", "Init", "Actions", "Private"),
+        *("PrivateAction", "GlobalAction", "EntityAction", *ACTED_ON, "Position", *KINDS, "Orientation"),
+        *("LongitudinalAction", "LateralAction", "RoutingAction", "SpeedActionDynamics", "SpeedActionTarget"),
+        *("AbsoluteTargetSpeed", "Trajectory", "TrajectoryRef", "Shape", "Polyline", "Vertex", "TimeReference"),
+        *("Timing", "TrajectoryFollowingMode", "Story", "Act", "ManeuverGroup", "Actors", "EntityRef", "Maneuver"),
+        *("Event", "Action", "StartTrigger", "StopTrigger", "ConditionGroup", "Condition", "ByValueCondition"),
+        *(
+            "ParameterDeclaration",
+            "ParameterAssignment",
+            "SimulationTimeCondition",
+            "EnvironmentAction",
+            "Environment",
+            "Weather",
+            "ParameterAssignments",
+        ),
+    )
+) | {
+    "WorldPosition": ("x", "y", "z", "h"),
+    "RelativeWorldPosition": ("entityRef", "dx", "dy"),
+    "RelativeObjectPosition": ("entityRef", "dx", "dy"),
+    "Orientation": ("type", "h"),
+    "Trajectory": ("name",),
+    "SpeedActionDynamics": ("dynamicsShape", "dynamicsDimension"),
+}
+"""Elements of a scenario that are read, or contain elements that are read, and the attributes that are read of elements
+whose other attributes change a run.
+"""
+REMARKED = ("TrafficSignals", "ByEntityCondition")
+"""Elements with remarks of their own, in addition to actions that are not replayed."""
+
 
 # -- actions in order of time: a track for each entity, and remarks on omissions of a replay ---------------------------
 

@@ -25,9 +25,9 @@ from engine.interchange.openscenario.read.motion import (
     place,
 )
 from engine.interchange.openscenario.read.parameters import Catalogs
-from engine.interchange.xml import Node
 from engine.portable import arctan2
 from engine.tables import Floats
+from engine.xml import Node
 
 ACTED_ON = ("TeleportAction", "SpeedAction", "FollowTrajectoryAction", "AddEntityAction", "DeleteEntityAction")
 """Actions that are replayed; a speed only at the start."""

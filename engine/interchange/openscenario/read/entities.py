@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from engine.errors import InterchangeError, name_cure
 from engine.interchange import own_metadata
-from engine.interchange.contract import InterchangeError, name_cure
 from engine.interchange.openscenario.read.parameters import Catalogs
 from engine.interchange.recording import MOST_ACTORS, RecordedActor
-from engine.interchange.xml import Node
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
+from engine.xml import Node
 
 EGO_NAMES = ("ego", "hero", "ego_vehicle", "egovehicle")
 """Names of the ego in esmini, in CARLA and in other tools; small letters."""

@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.xml import Node
 from engine.opendrive.curves import Pose
 from engine.opendrive.roads import OdrNetwork
 from engine.tables import Floats
+from engine.xml import Node
 
 # -- positions ---------------------------------------------------------------------------------------------------------
 

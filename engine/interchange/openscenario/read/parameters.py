@@ -14,13 +14,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from engine.interchange.contract import InterchangeError, name_cure, quoted
-from engine.interchange.xml import NUMBER, Limits, Node, read_xml
+from engine.errors import InterchangeError, name_cure, quoted
+from engine.xml import NUMBER, Limits, Node, read_xml
 
 NAME = re.compile(r"\$([A-Za-z_]\w*)", re.ASCII)
 NOTHING: Mapping[str, str] = MappingProxyType({})
-LONGEST = 500
-"""Letters of an expression."""
+LONGEST = 10_000
+"""Maximum length of an expression [letters]; those of maneuver mode (`maneuvers`) have up to a thousand."""
 NOT_READ = frozenset({"ObjectController", "AssignControllerAction", "Controller"})
 """Elements that a recording does not use: their references may be missing."""
 Scope = ChainMap[str, str]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.motion import jump_remark, without_jumps
 from engine.interchange.openscenario.read.entities import Entity
 from engine.interchange.openscenario.read.motion import COARSE, Polyline, Track

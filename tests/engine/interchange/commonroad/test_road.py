@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from engine.interchange.commonroad.lanelets import Lanelet, lanelets
+from engine.interchange.commonroad.road import Lanelet, lanelets
 from engine.maps import RoadSpec
 from engine.road import LaneRole, build_network
 from engine.road.opendrive.network import map_file

@@ -14,12 +14,12 @@ from scipy.special import fresnel
 
 from engine.interchange import InterchangeError
 from engine.interchange.opendrive import road_map, write_opendrive
-from engine.interchange.xml import Node
 from engine.maps import RoadSpec
 from engine.opendrive.curves import CURVES, Pose, arc, clothoid, read_piece
 from engine.opendrive.read import read_opendrive
 from engine.road import LaneRole
 from engine.road.opendrive.network import map_file
+from engine.xml import Node
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 from tests.laws import examples
 

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from engine.interchange.contract import ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import ExportOptions
 from engine.interchange.openscenario.carla import BLUEPRINTS, MODULE, blueprint_of, controller_text, write_for_carla
 from engine.interchange.openscenario.document import entity_names
 from engine.interchange.openscenario.read import read_openscenario

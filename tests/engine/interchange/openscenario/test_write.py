@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.interchange.contract import ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import ExportOptions
 from engine.interchange.openscenario import write, write_trajectories
 from engine.interchange.recording import Contact, Recording, SignalTimes
-from engine.interchange.xml import Limits
 from engine.maps import RoadSpec
 from engine.vocabulary import State
+from engine.xml import Limits
 from tests.engine.interchange.openscenario.conftest import (
     ROAD,
     actor,

@@ -19,7 +19,7 @@ from engine.interchange.measuring import measure
 from engine.interchange.recording import recorded_run
 from engine.interchange.tables import COLUMNS, read_table, write_csv, write_parquet
 from engine.interchange.tables.write import omega_prime_table, wrapped
-from engine.metrics.driving import OF_ACTORS
+from engine.metrics.table import OF_ACTORS
 from engine.vocabulary import ActorKind, State, Verdict
 from engine.world import run
 

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.maps import MapFile
 from engine.road import Network, build_network
 from engine.road.arrays import road_tables
+from engine.road.network import RoadSign
 from engine.road.opendrive import making as maker
 from engine.road.opendrive import network
 from engine.road.opendrive.contents import from_bytes, packed, to_bytes, unpacked
 from engine.road.opendrive.network import contents_of, map_file
 from engine.road.opendrive.planning import plan_of
-from engine.road.signs import RoadSign
 from engine.user_cache import ENVIRONMENT_VARIABLE
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.interchange.opendrive import write_opendrive
 from engine.maps import LoneRoad, MapSpec, Roundabout, map_content, map_from
 from engine.opendrive.curves import Pose, clothoid

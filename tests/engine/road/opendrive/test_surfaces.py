@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cortex_dsl.api.loading import compile_text
+from cortex_dsl.api.scenario import compile_text
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
-from engine.interchange.contract import InterchangeError
+from engine.errors import InterchangeError
 from engine.road.regions import triangle_areas
 from engine.vocabulary import Column
 from tests.engine.road.opendrive.files import EXAMPLES, graph, lane, moved, network, plan, road, section, written

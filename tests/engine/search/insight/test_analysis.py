@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from cortex_dsl import load
+from engine.assessment import Evaluate, map_arrays
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate, map_arrays
 from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import analyse
 from engine.search.insight.clusters import clusters

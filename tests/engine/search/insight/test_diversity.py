@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from engine.assessment import map_arrays
 from engine.outcomes import Assessment
-from engine.search.assessment import map_arrays
 from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import (
     SECTORS,
@@ -80,7 +80,7 @@ def test_qd_score_grows_with_what_is_found(searched: Table) -> None:
 
 
 def searched_part(found: Evaluations, rows: int | list[int]) -> Evaluations:
-    from engine.search.assessment import take
+    from engine.assessment import take
 
     return take(found, np.arange(rows) if isinstance(rows, int) else np.array(rows))
 

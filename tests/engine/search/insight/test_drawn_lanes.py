@@ -9,10 +9,10 @@ import pytest
 from cortex_dsl import compile_text
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.semantics import elaboration
+from engine.assessment import map_arrays
 from engine.outcomes import Assessment
 from engine.risk import PROFILES
 from engine.scenes import Scenes
-from engine.search.assessment import map_arrays
 from engine.search.evaluator import make_evaluator
 from engine.search.insight import analysis
 from engine.search.insight.analysis import lane_grids

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.search.assessment import map_arrays, take
+from engine.assessment import map_arrays, take
 from engine.search.evaluations import Evaluations
 from engine.search.insight.kinds import PACES, Kind, blamed, codes, estimated_share, failures, kinds
 from engine.search.ranking import worst_cases

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.random import Generator, Philox
 
 from engine.config import GAConfig
+from engine.search.methods.cube import RandomSearch
 from engine.search.methods.ga import PRESETS, GeneticAlgorithm, operator_thresholds, tournament_size
-from engine.search.methods.space_filling import RandomSearch
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, Status
 from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict

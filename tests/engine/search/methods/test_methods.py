@@ -12,22 +12,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from engine.assessment import Assessment, Evaluate
 from engine.config import Config, SearchConfig
 from engine.extras import MissingExtraError
 from engine.kernels.elimination import eliminate
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate
 from engine.search.campaign import Campaign
 from engine.search.methods import failure_kinds
 from engine.search.methods.best_first import BestFirst, rarity
-from engine.search.methods.cube import Cube, reflected
+from engine.search.methods.cube import Cube, QuasiRandom, RandomSearch, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.failure_kinds import FailureKinds, order
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.gaussian_process import likelihood, predicted
 from engine.search.methods.niching import NichingSearch, gene_weights
 from engine.search.methods.optimizers import CrossEntropy, DifferentialEvolution, truncated_normal
-from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import REMOVED, SEARCHERS
 from engine.search.methods.trust_regions import TrustRegions, fitted, normal_scores
 from engine.search.protocol import DEFAULT_OBJECTIVES, MEASURES, Box, Operator, Result, Searcher, Status, StreamAt

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cortex_dsl import compile_text
+from engine.assessment import Evaluate
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import MOST_DRIVEN
 from engine.search.probability.monte_carlo import CONDITIONS, estimate, monte_carlo, subset_simulation
 from engine.tables import Floats, Ints

@@ -25,9 +25,8 @@ from engine.search.probability.importance import (
     together,
     widened,
 )
-from engine.search.probability.levels import Chains, Climb, climb
+from engine.search.probability.levels import DISTANCE, Chains, Climb, Score, climb
 from engine.search.probability.monte_carlo import METHODS, RARE
-from engine.search.probability.scores import DISTANCE, Score
 from engine.search.probability.subset_simulation import _withheld, subset_simulation
 from tests.laws import examples
 

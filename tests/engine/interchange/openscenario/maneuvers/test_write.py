@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from engine.interchange.contract import OSC_VERSIONS, Export, ExportOptions, InterchangeError
+from engine.errors import InterchangeError
+from engine.interchange.contract import OSC_VERSIONS, Export, ExportOptions
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers import (
     ManeuverPlan,

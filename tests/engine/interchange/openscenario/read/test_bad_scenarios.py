@@ -6,7 +6,7 @@ import pytest
 
 from engine.interchange import InterchangeError
 from engine.interchange.openscenario.read import read_openscenario
-from engine.interchange.xml import Limits
+from engine.xml import Limits
 from tests.engine.interchange.openscenario.read.files import (
     ROAD,
     STRAIGHT,

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from engine.interchange import InterchangeError
 from engine.interchange.openscenario.read import read_openscenario
-from engine.interchange.xml import Limits
 from engine.opendrive.read import read_opendrive
+from engine.xml import Limits
 from tests.engine.interchange.openscenario.read.files import (
     ROAD,
     XODR,

@@ -9,11 +9,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from shlex import join
 from types import NoneType
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Unpack, cast
 
 import numpy as np
 
 from cortex_dsl.api import arguments
+from cortex_dsl.api.arguments import WritingSettings
 from cortex_dsl.api.runs import OpenedRun, every_case, first_cases
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, missing_extra
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from engine.interchange.openscenario.read import Imported
 
 
+@arguments.with_keywords
 def export(
     what: OpenedRun | Scenario,
     formats: str | Iterable[str],
@@ -35,11 +37,7 @@ def export(
     case: int | None = None,
     top: int | None = None,
     seed: int | None = None,
-    osc: str | None = None,
-    mode: str | None = None,
-    player: str | None = None,
-    after_contact: str | None = None,
-    force: bool = False,
+    **settings: Unpack[WritingSettings],
 ) -> list[Path]:
     """Write a case for other tools; return the paths of all its files, first the file to open.
 
@@ -50,13 +48,14 @@ def export(
         case: number of a case of a run; None: 1, the worst.
         top: number of worst cases of a run to write, instead of one case.
         seed: for a scenario, the seed of its scene; None: 0, or the stream that a concrete file names.
-        osc: version of an xosc, 1.0 to 1.3; None: 1.2.
-        mode: form of an xosc: `trajectory` (None) replays the case exactly, `maneuver` describes it by speeds, routes
-            and triggers.
-        player: `carla`: an xosc that CARLA's ScenarioRunner replays exactly, with the controller for it.
-        after_contact: content of a replay after contact: `through` (None, of an xosc), `stop` or `physics` (None, of
-            recordings).
-        force: write over files with other contents.
+        settings:
+            osc: version of an xosc, 1.0 to 1.3; None: 1.2.
+            mode: form of an xosc: `trajectory` (None) replays the case exactly, `maneuver` describes it by speeds,
+                routes and triggers.
+            player: `carla`: an xosc that CARLA's ScenarioRunner replays exactly, with the controller for it.
+            after_contact: content of a replay after contact: `through` (None, of an xosc), `stop` or `physics` (None,
+                of recordings).
+            force: write over files with other contents.
 
     Raises:
         ArgumentKindError, ArgumentError: no such format or case, an option without effect here (`seed` of a run, `case`
@@ -65,10 +64,13 @@ def export(
         InterchangeError: a format cannot carry the case.
         StoreError: the files cannot be written; none of them is.
     """
-    from cortex_dsl.interchange.writing import gather
+    from cortex_dsl.interchange.formats import gather
     from engine.atomic import standing, write_all
     from engine.interchange.contract import ExportOptions
 
+    arguments.check_keywords("an export", WritingSettings, settings)
+    osc, mode, player = (settings.get(name) for name in ("osc", "mode", "player"))
+    after_contact, force = settings.get("after_contact"), settings.get("force", False)
     folder = arguments.path_of("out", out, "name a folder")
     names = _formats([formats] if isinstance(formats, str) else arguments.several("formats", formats))
     if "xosc" not in names:

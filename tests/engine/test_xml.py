@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.interchange import InterchangeError
-from engine.interchange.xml import Limits, read_xml
 from engine.interchange.xml_writing import Element, child, xml_text
+from engine.xml import Limits, read_xml
 
 
 def failure(path: Path, limits: Limits | None = None) -> InterchangeError:

@@ -9,8 +9,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from engine.interchange.contract import cited, quoted
-from engine.interchange.xml import Node
+from engine.errors import cited, quoted
+from engine.xml import Node
 
 NOTHING = re.compile(r"\s*(false|[+-]?(0+\.?0*|\.0+)([eE][+-]?\d+)?)?\s*")
 """Values of attributes that state nothing: none, zero in any notation, false."""

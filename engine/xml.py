@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import NoReturn
 from xml.parsers import expat
 
-from engine.interchange.contract import InterchangeError, near_name, quoted
+from engine.errors import InterchangeError, near_name, quoted
 
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
 """xs:double of XML Schema without its infinities; Python alone would accept `1_000`, too."""

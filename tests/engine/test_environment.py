@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
-from engine.driving import environment as environments
+from engine import environment as environments
 from engine.driving.observations import EGOCENTRIC
 from engine.errors import ControllerError
 from engine.program import Program
