@@ -29,14 +29,7 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import in_parts, memory, plan, requested, samples_of
-from engine.kernels.avoidance import (
-    LONGEST,
-    Case,
-    DriveMemory,
-    ReferenceDrive,
-    avoidability_rows,
-    resimulate_with_reference,
-)
+from engine.kernels.avoidance import LONGEST, DriveMemory, ReferenceDrive, avoidability_rows, reference_rows
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
 from engine.kernels.rows import Window
@@ -132,18 +125,23 @@ def avoidability(
     """Return one answer per scene; None for a scene that is invalid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(program, scenes)
     reach = weather_sight(program, scenes.variant, scenes.values)
-    said: list[Avoidability | None] = [None] * len(scenes)
+    found = np.full((len(scenes), len(ReferenceDrive._fields)), float(NEVER))
 
     def drive(window: Window) -> None:
-        scratch = drive_memory(program, config, samples_of(config) + 1)
-        for row in (window.first + np.flatnonzero(scenes.valid[slice(*window)])).tolist():
-            case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
-            sees = driver._replace(reach=min(driver.reach, float(reach[row])))
-            again = resimulate_with_reference(shared, scratch, case, sees)
-            said[row] = None if again.contact == NEVER else _answer(again, config.time_step)
+        reference_rows(
+            shared, rows, reach, window, drive_memory(program, config, samples_of(config) + 1), driver, found
+        )
 
     in_parts(len(scenes), jobs, drive)
-    return tuple(said)
+    return tuple(None if row[0] == NEVER else _answer(_drive_of(row), config.time_step) for row in found.tolist())
+
+
+def _drive_of(row: list[float]) -> ReferenceDrive:
+    """Return the drive that a row of numbers describes."""
+    contact, time, fault, perceived, braking, avoided, latest, *others = row
+    stops = int(contact), time, int(fault), int(perceived), int(braking), bool(avoided), int(latest)
+    as_hard, helpless, too_late = map(bool, others)
+    return ReferenceDrive(*stops, as_hard, helpless, too_late)
 
 
 def blame(

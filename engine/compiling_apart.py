@@ -139,16 +139,17 @@ def _simulate(demand: KernelDemand) -> None:
 
 
 def _blaming_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
-    from engine.kernels.avoidance import avoidability_rows
+    from engine.kernels.avoidance import avoidability_rows, reference_rows
 
-    yield avoidability_rows
+    yield from (avoidability_rows, reference_rows)
 
 
 def _blame(demand: KernelDemand) -> None:
-    from engine.avoidability import blame
+    from engine.avoidability import avoidability, blame
 
     program, config = cast("Program", demand.program), demand.config
     blame(program, undrawn(program), config.simulation, config.contact)
+    avoidability(program, undrawn(program), config.simulation, contact=config.contact)
 
 
 def _metric_kernels(_demand: KernelDemand) -> Iterator[Kernel]:

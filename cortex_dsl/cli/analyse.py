@@ -26,7 +26,8 @@ from cortex_dsl.console.request import CompileRequest, RunRequest, filled, whole
 from cortex_dsl.console.simulating import open_scenario, proved_impossible
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.findings.analysis_report import analysis_content
-from cortex_dsl.report.terminal.analysis_view import analysis_view, probability_view
+from cortex_dsl.report.terminal.render import rendered
+from cortex_dsl.report.views.analysis import analysis_view, probability_view
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.probability.estimates import Withheld, content, keep
 from engine.search.probability.monte_carlo import CONDITIONS, JOINT, METHODS, PARAMS, RARE, Probability, estimate
@@ -40,7 +41,9 @@ def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.json:
         terminal.document("analysis", {"folder": run.folder, **analysis_content(run.scenario.program.space, analysis)})
     else:
-        terminal.out.print(analysis_view(program, analysis, terminal.out.width))
+        console = terminal.out
+        view = analysis_view(program, analysis)
+        console.print(rendered(view, console.width, ascii_only=console.options.ascii_only))
     return Exit.FINE
 
 
@@ -146,7 +149,7 @@ def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, t
     if options.json:
         terminal.document("probability", {"file": options.file, **content(found)})
     else:
-        terminal.out.print(probability_view(scenario.program, found))
+        terminal.out.print(rendered(probability_view(scenario.program, found), terminal.out.width))
     return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid + found.lost else Exit.FINE
 
 

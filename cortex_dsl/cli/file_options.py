@@ -14,8 +14,10 @@ from cortex_dsl.console.command import (
     HELP_ALL,
     JOBS,
     JSON,
+    METRICS,
     NO_COLOUR,
     OBJECTIVE,
+    PAPER,
     PARAM,
     POPULATION,
     PRESET,
@@ -212,6 +214,8 @@ SEARCH = (
 )
 OUTPUT = (
     JSON,
+    replace(METRICS, excludes=(*METRICS.excludes, SAMPLING, CHECKING, EMITTING)),
+    replace(PAPER, excludes=(*PAPER.excludes, SINGLE_RUN, SAMPLING, CHECKING, EMITTING), cure="add --ga to search"),
     Option(
         "--format",
         "diagnostics as text, json or github annotations",

@@ -18,7 +18,18 @@ from cortex_dsl.cli.search_output import (
     show_found,
     usage_errors,
 )
-from cortex_dsl.console.command import DASK, EGO, EXAMPLE_RUN, GENERATIONS, JOBS, Command, Condition, run_of
+from cortex_dsl.console.command import (
+    DASK,
+    EGO,
+    EXAMPLE_RUN,
+    GENERATIONS,
+    JOBS,
+    METRICS,
+    PAPER,
+    Command,
+    Condition,
+    run_of,
+)
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
@@ -150,7 +161,8 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
         note_outdated(run.folder, terminal)
-    return show_found([found], run.scenario, request_of(run, json=options.json), terminal)
+    request = replace(request_of(run, json=options.json), metrics=options.metrics, paper=options.paper)
+    return show_found([found], run.scenario, request, terminal)
 
 
 def _say(run: OpenedRun, generations: int, terminal: Terminal) -> None:
@@ -171,7 +183,7 @@ _STUDY = Condition("a study, which continues as it was begun", lambda options: i
 
 RESUME = Command(
     name="resume",
-    usage="RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
+    usage="RUN [--generations N] [--metrics] [--paper] [--jobs N] [--json]",
     description="Continue a search or a study that was stopped with Ctrl-C, or killed.",
     options=(
         replace(run_of("resume"), help="a run directory, or that of a study"),
@@ -181,6 +193,8 @@ RESUME = Command(
         ),
         DASK,
         EGO,
+        replace(METRICS, excludes=(*METRICS.excludes, _STUDY)),
+        replace(PAPER, excludes=(*PAPER.excludes, _STUDY)),
     ),
     function=_resume,
     epilog=f"""\

@@ -18,15 +18,17 @@ from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show, show_compiled
 from cortex_dsl.console.request import CompileRequest
+from cortex_dsl.console.searching import cases_and_kinds, show_reports
 from cortex_dsl.console.simulating import blame_of_search, mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import as_argument
+from cortex_dsl.report.findings.cases_found import cases_content
+from cortex_dsl.report.findings.readable import ratio
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.tally import blame_content
-from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
+from cortex_dsl.report.terminal.search_view import failures_line
 from engine.driving.names import Egos, as_options, driver_hint
 from engine.extras import MissingExtraError
-from engine.program import Program
 from engine.search.campaign import Campaign
 from engine.search.manifest import DrivenBy, changed_versions
 from engine.search.objectives import ObjectiveError, ObjectiveNameError
@@ -88,10 +90,10 @@ def show_found(found: Sequence[SearchResult], scenario: Scenario, request: Compi
     mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
     if request.json:
         show(scenario.compiled.source, [] if mistake is None else [mistake], request, terminal)
-        reports = [_report(each, scenario.program if mistake is None else None) for each in found]
+        reports = [_report(each, scenario, ours=mistake is None) for each in found]
         terminal.document("search", _content(request, found, reports))
     else:
-        _show(scenario.program, found, terminal, ours=mistake is None)
+        _show(scenario, found, request, terminal, ours=mistake is None)
         for each in found:
             if each.campaign.stopped and each.folder.is_dir():
                 terminal.err.print(f"to go on: cortexc resume {shlex.quote(as_argument(each.folder))}", soft_wrap=True)
@@ -104,26 +106,36 @@ def show_found(found: Sequence[SearchResult], scenario: Scenario, request: Compi
     return _exit_code(campaigns)
 
 
-def _show(program: Program, found: Sequence[SearchResult], terminal: Terminal, *, ours: bool) -> None:
-    """The report; `ours` says that failed runs are no mistake of the file."""
-    reports = [_report(each, program if ours else None) for each in found]
-    console, settings = terminal.out, _settings(found)
-    if len(reports) == 1:
-        console.print(search_view(program, reports[0], settings, console.width))
-    else:
-        console.print(comparison_view(program, reports, settings, console.width))
+def _show(
+    scenario: Scenario, found: Sequence[SearchResult], request: CompileRequest, terminal: Terminal, *, ours: bool
+) -> None:
+    """Show the screen and the requested details; `ours`: failed runs are no mistake of the file."""
+    reports = [_report(each, scenario, ours=ours) for each in found]
+    show_reports(scenario.program, reports, _settings(found), request, terminal)
+    program = scenario.program
     for report in reports:
         if ours and (line := failures_line(program, report)) is not None:
             terminal.err.print(line)
 
 
-def _report(found: SearchResult, program: Program | None) -> SearchReport:
-    """Return the report of one campaign; without a program, no requirement is blamed."""
+def _report(found: SearchResult, scenario: Scenario, *, ours: bool) -> SearchReport:
+    """Return the report of one campaign; a requirement is blamed only if no mistake of the file is (`ours`)."""
     folder = found.folder if found.folder.is_dir() else None
-    manifest = found.manifest
-    blame = program and blame_of_search(program, found.campaign, manifest.config.search.seed)
+    manifest, campaign = found.manifest, found.campaign
+    blame = blame_of_search(scenario.program, campaign, manifest.config.search.seed) if ours else None
     driver = _driver_options(manifest.driver)
-    return SearchReport(found.campaign, folder, found.worst_files, manifest.method, driver, blame)
+    cases, kinds = cases_and_kinds(_driven_as_recorded(scenario, folder), campaign)
+    return SearchReport(campaign, folder, found.worst_files, manifest.method, driver, blame, cases, kinds)
+
+
+def _driven_as_recorded(scenario: Scenario, folder: Path | None) -> Scenario | None:
+    """Return the scenario with the stored decisions of its driver, which is not asked again; None if there are none."""
+    if scenario.config.driver is None:
+        return scenario
+    try:
+        return None if folder is None else open_run(folder).scenario
+    except StoreError:
+        return None
 
 
 def _driver_options(driver: DrivenBy | None) -> str:
@@ -153,11 +165,23 @@ def _content(request: CompileRequest, found: Sequence[SearchResult], reports: Se
             "worst_files": each.worst_files,
             **summary(each.campaign, each.manifest),
             "figures": each.campaign.generations,
+            "cases": cases_content(report.cases),
+            "shares": _shares(each.campaign),
             "blame": report.blame and blame_content(report.blame),
         }
         for each, report in zip(found, reports, strict=True)
     ]
     return {"file": request.file, "searches": searches}
+
+
+def _shares(campaign: Campaign) -> dict[str, float]:
+    """Return failures as shares of the valid simulations, and the pace."""
+    came, runs = campaign.failures, campaign.by_simulation.runs
+    return {
+        "avoidable": ratio(came.avoidable, came.valid),
+        "collisions": ratio(came.collisions, came.valid),
+        "runs_per_second": ratio(runs, campaign.elapsed),
+    }
 
 
 def _exit_code(campaigns: Sequence[Campaign]) -> Exit:

@@ -388,6 +388,13 @@ def _with_param(earlier: dict[str, str] | None, pair: tuple[str, str]) -> dict[s
 HELP = Option("-h --help", "this page", name="help")
 HELP_ALL = Option("--help-all", "every command, every option, and the exit codes")
 JSON = Option("--json", "one JSON document on stdout, and nothing else there", default=False)
+METRICS = Option("--metrics", "show every measure, the params, and how runs ended", default=False, excludes=("json",))
+PAPER = Option(
+    "--paper",
+    "show the figures of the paper: RL, NC, MDG, MDEC and NIS by generation",
+    default=False,
+    excludes=("json",),
+)
 NO_COLOUR = Option("--no-colour --no-color", "plain output", default=False)
 JOBS = Option("--jobs", "threads; results never depend on it", "N", whole_number(1, 1024), default=cores())
 DASK = Option("--dask", "address of a Dask scheduler; `local` starts one for the search", "ADDRESS")

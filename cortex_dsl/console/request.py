@@ -36,6 +36,10 @@ class CompileRequest:
     scenario: str | None = None
     """Which of several scenarios to run; None: the file's own choice."""
     json: bool = False
+    metrics: bool = False
+    """Whether every measure, param and ending is shown."""
+    paper: bool = False
+    """Whether the figures of the paper are shown."""
     diagnostics_format: str = "text"
     hints: bool = False
     """Whether hints are shown: they belong to `--check`, not to every run."""

@@ -1,15 +1,25 @@
-"""Progress of a running search, shared by the command line and the session."""
+"""Progress and results of a search, shared by the command line and the session."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import nan
+from typing import TYPE_CHECKING
 
+from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.report.terminal.progress import SearchProgress
-from engine.search.campaign import OnGeneration, Progress
+from engine.program import Program
+from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal_reader import Record
 from engine.search.protocol import DEFAULT_OBJECTIVES
+
+if TYPE_CHECKING:
+    from cortex_dsl.report.findings.cases_found import CaseFound, KindShown, Searched
+    from cortex_dsl.report.findings.search_report import SearchReport
+
+SHOWN_KINDS = 3
+"""Kinds of collisions with a picture on the screen of a search."""
 
 
 @contextmanager
@@ -27,6 +37,41 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
                 terminal.note(constant_line(done), "warn")
 
         yield on_generation
+
+
+def cases_and_kinds(
+    scenario: "Searched | None", campaign: Campaign
+) -> "tuple[Sequence[CaseFound], Sequence[KindShown]]":
+    """Return the worst cases and the kinds of collisions, driven again where the scenario is known."""
+    from cortex_dsl.report.findings.cases_found import cases_found, kinds_shown
+
+    if scenario is None:
+        return (), ()
+    return cases_found(scenario, campaign), kinds_shown(scenario, campaign, SHOWN_KINDS)
+
+
+def show_reports(
+    program: Program, reports: "Sequence[SearchReport]", settings: str, request: CompileRequest, terminal: Terminal
+) -> None:
+    """Show the screen of a search by one method or several, and the requested details."""
+    from cortex_dsl.report.terminal.render import rendered
+    from cortex_dsl.report.terminal.search_view import paper_details, rejections, search_details
+    from cortex_dsl.report.terminal.theme import heading
+    from cortex_dsl.report.views.search import comparison_screen, search_screen
+
+    console = terminal.out
+    several = len(reports) > 1
+    screen = comparison_screen(program, reports, settings) if several else search_screen(program, reports[0], settings)
+    console.print(rendered(screen, console.width, ascii_only=console.options.ascii_only))
+    if request.paper:
+        console.print(paper_details(reports, settings, console.width))
+    for report in reports:
+        if several and request.metrics:
+            console.print(heading(f"\n{report.method}"))
+        if (why := rejections(program, report)) is not None:
+            console.print(why)
+        if request.metrics:
+            console.print(search_details(program, report, console.width))
 
 
 def is_constant(done: Progress) -> bool:

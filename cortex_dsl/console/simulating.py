@@ -212,10 +212,15 @@ def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> N
 
         terminal.document("run", run_content(report, str(request.file)))
     else:
-        from cortex_dsl.report.terminal.run_view import run_view
+        from cortex_dsl.report.terminal.render import rendered
+        from cortex_dsl.report.views.run import run_screen
 
-        console = terminal.out
-        console.print(run_view(report, console.width, ascii_only=console.options.ascii_only))
+        console, ascii_only = terminal.out, terminal.out.options.ascii_only
+        console.print(rendered(run_screen(report), console.width, ascii_only=ascii_only))
+        if request.metrics:
+            from cortex_dsl.report.terminal.run_view import run_details
+
+            console.print(run_details(report, console.width, ascii_only=ascii_only))
 
 
 def _no_scene(

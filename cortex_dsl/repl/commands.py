@@ -53,6 +53,8 @@ def do_help(state: State, argument: str) -> None:
     out.print(columns(left(), left(), left(wrap=True), rows=rows))
 
 
+SEARCH = "[N] [--objective NAME] [--metrics] [--paper]"
+"""Words after the commands that search."""
 _ROWS = (
     Command("help", "[COMMAND]", "this page, or one line about a command", do_help, ("command",)),
     Command("list", "", "the scenario, with the numbers of lines and entries", commands_draft.do_list),
@@ -65,11 +67,9 @@ _ROWS = (
     Command("scene", "", "draw one accepted scene here; again: the next one", commands_scenes.do_scene),
     Command("plot", "A[, B]", "distribution of an expression, or of two together", commands_plot.do_plot, ("value",)),
     Command("relax", "[SHARE%]", "which requirement to relax, to accept that share", commands_scenes.do_relax),
-    Command("run", "[SEED]", "run one scene and show what happened", commands_scenes.do_run),
-    Command(
-        "ga", "[N] [--objective NAME]", "search genetically (10 generations of 100)", commands_scenes.do_ga, ("aim",)
-    ),
-    Command("random", "[N] [--objective NAME]", "search at random (as many runs)", commands_scenes.do_random, ("aim",)),
+    Command("run", "[SEED] [--metrics]", "run one scene and show what happened", commands_scenes.do_run),
+    Command("ga", SEARCH, "search genetically (10 generations of 100)", commands_scenes.do_ga, ("aim",)),
+    Command("random", SEARCH, "search at random (as many runs)", commands_scenes.do_random, ("aim",)),
     Command("worst", "", "the worst cases of the last search, and their kinds", commands_cases.do_worst),
     Command(
         "watch",

@@ -27,13 +27,14 @@ def do_worst(state: State, _argument: str) -> None:
     found = _last(state)
     _wait_for(state, found)
     from cortex_dsl.report.findings.cases_found import cases_found
-    from cortex_dsl.report.findings.readable import speed_unit
-    from cortex_dsl.report.terminal.worst_view import found_view
+    from cortex_dsl.report.terminal.render import rendered
+    from cortex_dsl.report.views.search import worst_cases_table
 
     if found.known is None:
         found.known = cases_found(found.scenario, found.campaign)
     note = found.settings if found.draft == state.draft else f"{found.settings}; the scenario was changed since"
-    state.terminal.out.print(found_view(found.known, note, speed_unit(found.scenario.program)))
+    (table,) = worst_cases_table(found.scenario.program, found.campaign, found.known, note=note)
+    state.terminal.out.print(rendered(table, state.terminal.out.width, depth=1))
 
 
 def do_watch(state: State, argument: str) -> None:

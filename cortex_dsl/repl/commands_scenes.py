@@ -123,7 +123,7 @@ def do_relax(state: State, argument: str) -> None:
 
 GENERATIONS = 10
 MOST_GENERATIONS = 10_000
-AIM = "--objective"
+AIM, METRICS, PAPER = "--objective", "--metrics", "--paper"
 NEXT = "  `:worst` lists their kinds, `:watch N` plays one, `:export N FILE` keeps it"
 
 
@@ -143,9 +143,10 @@ def seed_of(text: str, default: int) -> int:
 def do_run(state: State, argument: str) -> None:
     from cortex_dsl.console.simulating import perform_run
 
-    seed = seed_of(argument, state.seed)
+    words = argument.split()
+    seed = seed_of(" ".join(word for word in words if word != METRICS), state.seed)
     scenario = state.scenario(RUN)
-    request = CompileRequest(Path(state.name), overrides=state.overrides)
+    request = CompileRequest(Path(state.name), overrides=state.overrides, metrics=METRICS in words)
     code = perform_run(request, RunRequest(seed=seed), scenario, state.terminal, reproduce=f":run {seed}")
     state.no_scene = code == Exit.NO_SCENE
     state.mistakes += code == Exit.DIAGNOSTICS
@@ -163,7 +164,7 @@ def _search(state: State, method: str, argument: str) -> None:
     """Search, show the results, and store them for the commands on cases."""
     from cortex_dsl.console.simulating import blame_of_search, mistake_of
 
-    generations, aims = _asked(method, argument)
+    generations, aims, shown = _asked(method, argument)
     scenario = state.scenario(SEARCH)
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
@@ -173,21 +174,24 @@ def _search(state: State, method: str, argument: str) -> None:
         refuse(state, scenario.compiled.source, [mistake])
         return
     state.no_scene = not campaign.by_individual.valid
+    from cortex_dsl.console.searching import cases_and_kinds, show_reports
     from cortex_dsl.report.findings.search_report import SearchReport
-    from cortex_dsl.report.terminal.search_view import search_view
 
     console, population = state.terminal.out, scenario.config.search.population
     settings = ", ".join([f"{generations} x {population}", f"seed {state.seed}", *(f"objective {aim}" for aim in aims)])
-    report = SearchReport(campaign, None, blame=blame_of_search(scenario.program, campaign, state.seed))
-    console.print(search_view(scenario.program, report, settings, console.width))
-    state.found = LastSearch(scenario, campaign, state.draft, f":{method}, {settings}")
+    blame = blame_of_search(scenario.program, campaign, state.seed)
+    cases, kinds = cases_and_kinds(scenario, campaign)
+    report = SearchReport(campaign, None, blame=blame, cases=cases, kinds=kinds)
+    request = CompileRequest(Path(state.name), metrics=METRICS in shown, paper=PAPER in shown)
+    show_reports(scenario.program, [report], settings, request, state.terminal)
+    state.found = LastSearch(scenario, campaign, state.draft, f":{method}, {settings}", tuple(cases))
     if campaign.worst:
         console.print()
         console.print(NEXT, style="quiet")
 
 
-def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
-    """Return the number of generations, and the objectives; the risk by default.
+def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...], set[str]]:
+    """Return the number of generations, the objectives (the risk by default), and the requested details.
 
     Raises:
         UsageError: the words are invalid.
@@ -196,11 +200,13 @@ def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
         words = shlex.split(argument)
     except ValueError:
         raise UsageError("a quotation mark is not closed") from None
+    shown = {word for word in words if word in (METRICS, PAPER)}
+    words = [word for word in words if word not in shown]
     count = words.pop(0) if words and not words[0].startswith("-") else ""
     flags, aims = words[::2], words[1::2]
     if len(flags) != len(aims) or any(flag != AIM for flag in flags):
         raise UsageError(f"`{argument}` is not a search method", f"as in `:{method} 20 {AIM} avoidable`")
-    return whole_number(count, GENERATIONS, "the number of generations", MOST_GENERATIONS), tuple(aims)
+    return whole_number(count, GENERATIONS, "the number of generations", MOST_GENERATIONS), tuple(aims), shown
 
 
 def _campaign(state: State, scenario: "Scenario", method: str, generations: int, aims: tuple[str, ...]) -> "Campaign":

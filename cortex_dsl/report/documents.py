@@ -10,6 +10,7 @@ from cortex_dsl.version import VERSION
 from engine.strict_json import json_text
 
 if TYPE_CHECKING:
+    from cortex_dsl.report.blocks import Block
     from engine.feasibility import Cut, Feasibility
     from engine.program import Program
 
@@ -27,6 +28,26 @@ def document(kind: str, content: Mapping[str, Any]) -> str:
 def _escaped(sign: str) -> str:
     """A character that might act on a terminal, or turn the direction of writing, as JSON can also write it."""
     return f"\\u{ord(sign):04x}" if ord(sign) <= 0xFFFF else json_text(sign, ascii_only=True)[1:-1]
+
+
+# -- the report model --------------------------------------------------------------------------------------------------
+
+
+def blocks_content(block: "Block") -> dict[str, Any]:
+    """Return a view as a tree: the kind of each block, its fields, and the number of each value; drawings are null."""
+    return {"block": type(block).__name__.lower(), **{name: _content(value) for name, value in vars(block).items()}}
+
+
+def _content(value: Any) -> Any:
+    from cortex_dsl.report.blocks import Block, Drawing
+
+    if isinstance(value, Block):
+        return blocks_content(value)
+    if isinstance(value, Drawing):
+        return None
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: _content(each) for name, each in vars(value).items()}
+    return [_content(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 # -- which parts of the ranges cannot hold -----------------------------------------------------------------------------

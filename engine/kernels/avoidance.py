@@ -154,7 +154,7 @@ def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, drive
     begun = min(braking, contact)
     drive = _drive(plan, run, again, begun, driver)
     as_hard = drive.touched and braking < contact - 1 and path[drive.at, WAY] <= drive.way + 1e-6
-    as_hard = as_hard and path[: drive.at, OWN].max() > COASTING
+    as_hard = as_hard and _brakes_before(path, drive.at)
     latest = _latest(plan, run, again, begun, not drive.touched, driver)
     helpless, too_late = False, False
     if latest == NEVER:
@@ -166,6 +166,23 @@ def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, drive
         return ReferenceDrive(contact, time, fault, NEVER, NEVER, False, NEVER, False, helpless, too_late)
     avoided = not drive.touched
     return ReferenceDrive(contact, time, fault, perceived, braking, avoided, latest, as_hard, helpless, too_late)
+
+
+@kernel
+def reference_rows(
+    plan: Plan, scenes: Requested, reach: Floats, window: Window, memory: DriveMemory, driver: Driver, out: Floats
+) -> None:
+    """Write the `ReferenceDrive` of each valid scene of a window into `out` (n, fields); `reach` (n,): sight of each
+    ego [m].
+    """
+    for row in range(window.first, window.last):
+        if scenes.verdict[row] == Verdict.VALID:
+            case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
+            again = resimulate_with_reference(plan, memory, case, _sees(driver, min(driver.reach, reach[row])))
+            out[row, 0], out[row, 1], out[row, 2] = again.contact, again.time, again.fault
+            out[row, 3], out[row, 4], out[row, 5] = again.perceived, again.braking, again.avoided
+            out[row, 6], out[row, 7], out[row, 8] = again.latest, again.as_hard, again.helpless
+            out[row, 9] = again.too_late
 
 
 @kernel
@@ -210,6 +227,18 @@ def _collides(plan: Plan, run: Run, case: Case) -> bool:
     scored = run.status[Status.END] == RUNNING  # not the literal True: numba would compile `advance` again
     advance(plan, run, plan.layout.last_sample + 1, scored)
     return run.status[Status.END] == EndReason.COLLISION
+
+
+@inlined
+def _brakes_before(path: Floats, sample: int) -> bool:
+    """Return True if the ego itself brakes before a sample.
+
+    A loop, since `max` of an array has the cached code import scipy: 0.7 s of CPU time on the first call.
+    """
+    for k in range(sample):  # noqa: SIM110 - a kernel has no generators
+        if path[k, OWN] > COASTING:
+            return True
+    return False
 
 
 @inlined

@@ -1,16 +1,39 @@
 """Properties of the worst cases of a search: the partner, the kind, and whether a competent driver avoids them."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
+from cortex_dsl import ir
+from cortex_dsl.lowering.given_out import light_colours
+from cortex_dsl.report.blocks import Drawing
+from cortex_dsl.report.findings.story import contact_moment
 from engine.avoidability import Avoidability
 from engine.config import Config
+from engine.driving.blocks import can_be_driven
 from engine.program import Program
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.search.campaign import Campaign
+from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import driven_again
 from engine.search.insight.diversity import SECTORS, sector
+from engine.search.insight.kinds import FoundKind, codes, kind_of
 from engine.search.ranking import Case
-from engine.vocabulary import Side
+from engine.tables import Ints
+from engine.vocabulary import Blame, Side
+
+if TYPE_CHECKING:
+    from engine.scenes import Scenes
+
+
+class IsElaborated(Protocol):
+    """A compilation, for the colours of its lights."""
+
+    @property
+    def scenario(self) -> ir.Scenario: ...
 
 
 class Searched(Protocol):
@@ -20,6 +43,9 @@ class Searched(Protocol):
     def program(self) -> Program: ...
     @property
     def config(self) -> Config: ...
+    @property
+    def compiled(self) -> IsElaborated: ...
+    def scene(self, case: Case) -> "Scenes": ...
 
 
 @dataclass(frozen=True)
@@ -35,17 +61,34 @@ class CaseFound:
     """Heading of the other actor at that time, seen from the ego."""
     speeds: tuple[float, float]
     """Speeds of the ego and the other actor at that time [m/s]."""
+    blame: Blame
     answer: Avoidability | None
-    """Avoidability of a collision; None for other cases."""
+    """Avoidability of a collision; None for other cases, and without a simulation of the reference driver."""
+
+
+@dataclass(frozen=True)
+class KindShown:
+    """One kind of collision with the worst of its cases."""
+
+    found: FoundKind
+    case: Case
+    drawing: Drawing | None
+    """Contact of the case, seen from above; None if it cannot be simulated again."""
 
 
 def cases_found(scenario: Searched, campaign: Campaign) -> tuple[CaseFound, ...]:
-    """Each of the worst cases; those that collided are driven again by the reference driver."""
+    """Return the worst cases; the reference driver drives those that collided."""
     rows = [case.row for case in campaign.worst]
     answers = driven_again(scenario.program, campaign.evaluations, rows, scenario.config)
-    return tuple(
-        _found(scenario.program, campaign, case, answer) for case, answer in zip(campaign.worst, answers, strict=True)
-    )
+    return known_cases(scenario.program, campaign, answers)
+
+
+def known_cases(
+    program: Program, campaign: Campaign, answers: Sequence[Avoidability | None] = ()
+) -> tuple[CaseFound, ...]:
+    """Return the worst cases with the answers of the reference driver, if there are any."""
+    answers = answers or [None] * len(campaign.worst)
+    return tuple(_found(program, campaign, case, each) for case, each in zip(campaign.worst, answers, strict=True))
 
 
 def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidability | None) -> CaseFound:
@@ -54,9 +97,69 @@ def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidabilit
     met = side >= 0
     return CaseFound(
         case,
-        program.actors[pair + 1] if pair >= 0 else "",
+        program.actors[pair + 1] if 0 <= pair < len(program.actors) - 1 else "",
         Side(side).name.lower() if met else "",
         SECTORS[int(sector(runs.approach_angle[place]))] if met else "",
         (float(runs.ego_speed[place]), float(runs.other_speed[place])),
+        Blame(int(campaign.blame[place])),
         answer,
     )
+
+
+def kinds_shown(scenario: Searched, campaign: Campaign, count: int) -> tuple[KindShown, ...]:
+    """Return up to `count` kinds of collisions, in the order of the worst cases, each with the worst of its cases."""
+    return tuple(
+        KindShown(found, case, drawing_of_contact(scenario, case, found.kind.pair))
+        for found, case in list(kinds_of_cases(campaign.evaluations, campaign.blame, campaign.kinds, campaign.worst))[
+            :count
+        ]
+    )
+
+
+def kinds_of_cases(
+    evaluations: Evaluations, blame: Ints, kinds: Sequence[FoundKind], cases: Sequence[Case]
+) -> Iterator[tuple[FoundKind, Case]]:
+    """Yield each kind of collision among the cases, with the first of its cases."""
+    unseen = {each.kind: each for each in kinds}
+    every = codes(evaluations, blame) if cases else None
+    for case in cases:
+        if every is not None and case.collided:
+            found = unseen.pop(kind_of(*every[case.row, case.rollout].tolist()), None)
+            if found is not None:
+                yield found, case
+
+
+def drawing_of_contact(scenario: Searched, case: Case, pair: int) -> Drawing | None:
+    """Return a case at its contact; None if it cannot be simulated again."""
+    from engine import batch
+
+    genome, key = np.array([case.genome]), np.array([case.key], dtype=np.int64)
+    if not can_be_driven(scenario.config.driver, key, genome).all():
+        return None
+    scenes = scenario.scene(case)
+    if not scenes.valid[0]:
+        return None
+    program, config = scenario.program, scenario.config
+    trajectory = batch.trajectory(program, scenes, 0, config.simulation, config.contact)
+    shown = light_colours(scenario.compiled.scenario, scenes, 0, config.simulation)
+    road = outline(build_network(program.road_spec), shown)
+    return Drawing(road, program.actors, trajectory, contact_moment(trajectory, pair), pair, program.code.actor_kind)
+
+
+def cases_content(found: Sequence[CaseFound]) -> list[dict[str, Any]]:
+    """Return the cases as entries of a document. SI units."""
+    return [
+        {
+            "rank": each.case.rank,
+            "partner": each.partner or None,
+            "side": each.side or None,
+            "heading": each.heading or None,
+            "collided": each.case.collided,
+            "min_distance": each.case.min_distance,
+            "ego_speed": each.speeds[0],
+            "other_speed": each.speeds[1],
+            "blame": each.blame.name.lower(),
+            "avoidability": each.answer and {**vars(each.answer), "avoidance": each.answer.avoidance.name.lower()},
+        }
+        for each in found
+    ]

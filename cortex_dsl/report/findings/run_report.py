@@ -1,5 +1,6 @@
 """A single run: its findings, the title of its scenario, and all of it as a document."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ import numpy as np
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import ObjectiveResult, objective_results, objectives_content
 from cortex_dsl.report.findings.readable import SpeedUnit, gene_value, speed_unit
-from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
+from cortex_dsl.report.findings.story import REST, RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
 from cortex_dsl.semantics.names.linking import FixedParam
 from engine.outcomes import PAIRS, Outcomes, Result
@@ -17,7 +18,7 @@ from engine.program import ParamSpace, Program
 from engine.road.outline import Outline
 from engine.scenes import Scenes, Trajectory
 from engine.streams import StreamKey, format_key
-from engine.vocabulary import EndReason, Verdict
+from engine.vocabulary import EndReason, State, Verdict
 
 if TYPE_CHECKING:
     from engine.metrics import Metric, Recorded
@@ -76,6 +77,60 @@ class RunReport:
     def valid(self) -> bool:
         """Return whether the run counts; a run that broke a requirement has no metrics and no risk."""
         return int(self.outcomes.verdict[0]) == Verdict.VALID
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """How the ego and one other actor met in a run."""
+
+    pair: int
+    """The ego and actor `pair` + 1."""
+    contact: bool
+    moves: bool
+    """Whether the other actor moves before the end of the scored run."""
+    distance: float
+    """Least distance between the outlines [m]; NaN or infinite if the two were never there together."""
+    time: float
+    """Time of the least distance [s]."""
+    ttc: float
+    """Least time to collision [s]; NaN if it was not measured."""
+    pet: float
+    """Post-encroachment time [s]; NaN if it was not measured."""
+
+    @property
+    def urgency(self) -> tuple[bool, bool, float, float]:
+        """Return the key of the order on screens: contact; actors that move; least of |PET| and TTC; least distance."""
+        least = min((abs(value) for value in (self.pet, self.ttc) if not math.isnan(value)), default=math.inf)
+        return (
+            not self.contact,
+            not (self.contact or self.moves),
+            least,
+            float(np.nan_to_num(self.distance, nan=np.inf)),
+        )
+
+
+def conflicts(report: RunReport) -> list[Conflict]:
+    """Return the conflicts of the ego with every other actor, the closest first; the risk may name another pair."""
+    outcomes, states = report.outcomes, report.trajectory.states
+    measured = {(each.name, each.actors): each.value for each in report.metrics}
+    first, other = (int(actor) for actor in outcomes.contact_actors[0])
+    scored = report.trajectory.time <= float(outcomes.end_time[0]) + 1e-9
+    there = states[..., State.PRESENT] > 0.5
+    driving = there & (np.abs(states[..., State.SPEED]) > REST)
+    moving: list[bool] = np.any(driving[scored], axis=0).tolist()
+    found = [
+        Conflict(
+            pair,
+            first == 0 and other == pair + 1,
+            pair + 1 < len(moving) and moving[pair + 1],
+            float(outcomes.min_distance[0, pair]),
+            float(outcomes.min_distance_time[0, pair]),
+            measured.get(("TTC", (0, pair + 1)), math.nan),
+            measured.get(("PET", (0, pair + 1)), math.nan),
+        )
+        for pair in range(outcomes.min_distance.shape[1])
+    ]
+    return sorted(found, key=lambda each: each.urgency)
 
 
 def run_content(report: RunReport, file: str) -> dict[str, Any]:

@@ -40,6 +40,7 @@ from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
+    from cortex_dsl.report.findings.cases_found import CaseFound, KindShown
     from engine.acceptance import Account
 
 
@@ -58,6 +59,10 @@ class SearchReport:
     """Options that name the driver for the controllers of the file; "" without a driver."""
     blame: "Account | None" = None
     """Causes of rejected attempts, if no scene was valid."""
+    cases: "Sequence[CaseFound]" = ()
+    """The worst cases, with the answers of the reference driver."""
+    kinds: "Sequence[KindShown]" = ()
+    """Kinds of collisions, each with a drawing."""
 
     @property
     def method(self) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cortex_dsl.report.blocks import KeyMoment
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, fixed, percent, speed_unit
 from engine.outcomes import Outcomes
 from engine.program import Program, Rule
@@ -196,6 +197,34 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: Speed
             "closest",
             f"closest to {other}: {fixed(distance, 2)} m apart",
         )
+
+
+# -- the moment that a picture shows -----------------------------------------------------------------------------------
+
+
+def moment_of(outcomes: Outcomes, trajectory: Trajectory, pair: int) -> KeyMoment | None:
+    """Return contact, else the closest approach of a pair: the mark lies between the two outlines' centres."""
+    contact = int(outcomes.contact_actors[0, 0]) >= 0
+    if not contact and outcomes.min_distance.shape[1] == 0:
+        return None
+    time = float(outcomes.end_time[0] if contact else outcomes.min_distance_time[0, pair])
+    if not np.isfinite(time):
+        return None
+    first, second = outcomes.contact_actors[0].tolist() if contact else (0, pair + 1)
+    sample = int(np.argmin(np.abs(trajectory.time - time)))
+    met = [first, second] if second >= 0 else [first]  # a building is no actor
+    centres = trajectory.states[sample, met][:, [State.X, State.Y]]
+    x, y = centres.mean(axis=0)
+    return KeyMoment(sample, contact, (float(x), float(y)))
+
+
+def contact_moment(trajectory: Trajectory, pair: int) -> KeyMoment | None:
+    """Return the contact of a pair in a run that ended with it; None if the run has no contact."""
+    sample = trajectory.contact_sample
+    if sample < 0 or pair < 0:
+        return None
+    x, y = trajectory.states[sample, [0, pair + 1]][:, [State.X, State.Y]].mean(axis=0)
+    return KeyMoment(sample, True, (float(x), float(y)))
 
 
 # -- how fast all actors move, also after contact, where bodies slide sideways and spin --------------------------------

@@ -9,9 +9,9 @@ from typing import Any
 
 from cortex_dsl.report.findings.failures import pace_text, unseen_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, whole
-from engine.study.comparisons import FIRST, MEASURES, NAMED_FIRST, Comparison, Measure, Spread
+from engine.study.comparisons import FIRST, MEASURES, NAMED_FIRST, PRIMARY, Comparison, Measure, Spread
 from engine.study.database import Study
-from engine.study.plan import Plan
+from engine.study.plan import RUNS, Plan
 from engine.study.run_records import RunRecord
 from engine.study.study_files import summary
 from engine.study.verdict import Beside, Findings
@@ -128,6 +128,26 @@ def _yield(method: str, records: Sequence[RunRecord]) -> Yield:
         sum(record.figures.simulations.colliding_runs for record in runs),
         sum(record.seconds for record in runs),
     )
+
+
+def verdict_line(plan: Plan, comparisons: Sequence[Comparison]) -> str:
+    """Return the verdict of a study in one line, by the primary outcome."""
+    rows = [row for row in comparisons if row.measure is PRIMARY]
+    if not rows:
+        return "Nothing to compare: only one method"
+    runs = min(row.runs for row in rows)
+    if runs < RUNS:
+        return f"Undecided: {counted(runs, 'run')}, {RUNS} are needed"
+    better, worse = (
+        [method for method in plan.contenders if any(getattr(row, field) for row in rows if row.method == method)]
+        for field in ("beats", "loses")
+    )
+    told = [
+        f"{', '.join(methods)} {word} {PRIMARY.name} than {plan.baseline}"
+        for methods, word in ((better, "more"), (worse, "fewer"))
+        if methods
+    ]
+    return f"Decided: {'; '.join(told)}" if told else f"Decided: no clear difference from {plan.baseline}"
 
 
 def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:

@@ -182,11 +182,17 @@ def part(name: str, title: str, note: Node, *content: Node) -> Element:
     return element(
         "section",
         element("h2", title),
-        element("p", prose(note) if isinstance(note, str) else note, class_="note"),
+        None if note is None else element("p", prose(note) if isinstance(note, str) else note, class_="note"),
         content,
         id=name,
         class_="part",
     )
+
+
+def folded(summary: str, *content: Node) -> Element:
+    """Return contents that a page shows on demand; a text is a note."""
+    inner = [element("p", prose(each), class_="note") if isinstance(each, str) else each for each in content]
+    return element("details", element("summary", summary), inner)
 
 
 def table(head: Sequence[str], rows: Sequence[Element], name: str) -> Element:

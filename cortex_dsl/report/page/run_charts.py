@@ -4,10 +4,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from cortex_dsl.report.blocks import Grid
 from cortex_dsl.report.findings.analysis_report import HeatMap, Sides
 from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, meaning_of
-from cortex_dsl.report.findings.readable import percent, significant
+from cortex_dsl.report.findings.readable import percent, shortened, significant
 from cortex_dsl.report.findings.search_report import whole_run
 from cortex_dsl.report.page.charts import Course, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, figure, prose
@@ -231,3 +232,73 @@ def bars(rows: Sequence[tuple[str, int, str]], whole: int) -> Element:
 
 def _bar(share: float, name: str) -> Element:
     return element("div", class_=f"bar {name}", style=f"--share:{number(100 * share, 1)}%")
+
+
+# -- counts in the cells of two descriptors ---------------------------------------------------------------------------
+
+GRID_CELL, GRID_LABEL, GRID_FOOT = 26, 74, 18
+MOST_NAMES = 50
+"""Characters that stand below the cells side by side."""
+
+
+def grid_chart(grid: Grid) -> Element:
+    """A row for each cell of the first descriptor that was reached; the shade is the share that collided."""
+    used = [i for i in range(len(grid.first)) if grid.runs[i].any()][::-1]
+    width = GRID_LABEL + 300
+    across = 300 / len(grid.second)
+    ends = _names_below(grid.second, width, GRID_CELL * len(used))
+    height = GRID_CELL * len(used) + GRID_FOOT * len({end.attributes["y"] for end in ends})
+    cells = [
+        _grid_cell(grid, i, j, GRID_LABEL + j * across, row * GRID_CELL, across)
+        for row, i in enumerate(used)
+        for j in range(len(grid.second))
+        if grid.runs[i, j]
+    ]
+    labels = [
+        element("text", grid.first[i], x=GRID_LABEL - 6, y=number(row * GRID_CELL + 17), text_anchor="end")
+        for row, i in enumerate(used)
+    ]
+    return element(
+        "svg",
+        element("title", grid.name),
+        cells,
+        labels,
+        ends,
+        viewBox=f"0 0 {width} {height}",
+        class_="chart heat",
+        role="img",
+        xmlns="http://www.w3.org/2000/svg",
+    )
+
+
+def _names_below(names: Sequence[str], width: int, top: int) -> list[Element]:
+    """The first and the last cell by name, one below the other where they would meet."""
+    first, *others = names
+    below = GRID_FOOT if others and len(first) + len(others[-1]) > MOST_NAMES - 4 else 0
+    y = top + GRID_FOOT - 4
+    return [
+        element("text", shortened(first, MOST_NAMES), x=GRID_LABEL, y=y),
+        *(
+            element("text", shortened(last, MOST_NAMES), x=width, y=y + below, text_anchor="end")
+            for last in others[-1:]
+        ),
+    ]
+
+
+def _grid_cell(grid: Grid, i: int, j: int, x: float, y: float, across: float) -> Element:
+    runs, failures = int(grid.runs[i, j]), int(grid.failures[i, j])
+    text = f"{grid.first[i]}; {grid.second[j]}: {failures:,} of {runs:,} collide"
+    return element(
+        "rect",
+        element("title", text),
+        x=number(x),
+        y=number(y),
+        width=number(across - 1),
+        height=GRID_CELL - 1,
+        class_="cell hit" if failures else "cell safe",
+        style=share_style(failures / runs) if failures else None,
+    )
+
+
+def share_style(share: float) -> str:
+    return f"--share:{100.0 * max(0.0, min(1.0, share)):.1f}%"

@@ -8,13 +8,16 @@ from cortex_dsl.api import opinions
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
+from cortex_dsl.report.findings.cases_found import kinds_of_cases
 from cortex_dsl.report.findings.failures import finds_of, order_text
-from cortex_dsl.report.findings.readable import counted, first_line, fixed
+from cortex_dsl.report.findings.readable import counted, first_line
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, where_it_fails
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import SCRIPTS, player_data
+from cortex_dsl.report.page.render import words_of
 from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
+from cortex_dsl.report.views.search import kind_lines
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
@@ -22,7 +25,7 @@ from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
 from engine.search.ranking import Case, worst_cases
-from engine.search.result_files import collisions_by_partner, failures_content
+from engine.search.result_files import failures_content
 from engine.search.store import without_folders
 from engine.streams import format_key
 from engine.strict_json import plain
@@ -31,10 +34,10 @@ CASES = 10
 """Cases that a page replays."""
 LINKS = (
     ("#summary", "Summary"),
+    ("#kinds", "Kinds"),
     ("#cases", "Worst cases"),
     ("#course", "Course"),
     ("#space", "Where it fails"),
-    ("#kinds", "Kinds"),
     ("#probability", "Probability"),
     ("#params", "Params"),
     ("#again", "Reproduce it"),
@@ -112,11 +115,11 @@ def content(found: RunPage) -> dict[str, Any]:
 def _hero(found: RunPage) -> Element:
     record, manifest = found.record, found.record.manifest
     description = first_line(found.run.scenario.program.description)
+    kicker = f"Search for corner cases · {method_name(manifest.method)}"
     return element(
         "header",
-        element("p", f"Search for corner cases · {method_name(manifest.method)}", class_="kicker"),
-        element("h1", manifest.name),
-        element("p", description, class_="description") if description else None,
+        element("p", f"{manifest.name} · {kicker}" if description else kicker, class_="kicker"),
+        element("h1", description or manifest.name),
         _unfinished(record),
         element("p", headline(record, found.analysis.came), class_="headline"),
         element("div", list(_tiles(found)), class_="tiles"),
@@ -132,38 +135,24 @@ def _unfinished(record: Record) -> Node:
 
 
 def _tiles(found: RunPage) -> Iterator[Element]:
+    """Yield four figures: failures of the ego, all collisions, their kinds (or the highest risk), and the effort."""
     record = found.record
     _, simulated = whole_run(record)
     came = found.analysis.came
     style, hot = ("hot" if count else "" for count in (came.collisions, came.avoidable))
     if came.lost:
         yield _tile("failures.lost", came.lost, f"{came.lost:,}", "simulations in which the driver failed", "hot")
-    if came.judged:
+    elif came.judged:
         yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
-        yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
-        yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
+    else:
+        yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
     yield _tile("failures.collisions", came.collisions, f"{came.collisions:,}", "simulations that collided", style)
-    yield from _partner_tiles(record)
-    if simulated.valid:
+    if came.judged and came.collisions:
+        yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
+    else:
         score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", style)
-    finds = finds_of(record.manifest.objective)
-    mean = f"mean {finds.goal} of a {finds.among_one} simulation"
-    yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), mean)
-    yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
     yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
-
-
-def _partner_tiles(record: Record) -> Iterator[Element]:
-    """Yield collisions by partner if there are several possible partners: a search may have missed one."""
-    actors = record.manifest.actors
-    if len(actors) < 3:
-        return
-    counts = collisions_by_partner(record.evaluations, actors)
-    for name, count in counts["collisions_with"].items():
-        yield _tile(f"collisions_with.{name}", count, f"{count:,}", f"collisions with {name}", "hot" if count else "")
-    if count := counts["collisions_without_ego"]:
-        yield _tile("collisions_without_ego", count, f"{count:,}", f"collisions of others, without {actors[0]}")
 
 
 def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> Element:
@@ -174,20 +163,16 @@ def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> 
 def _parts(found: RunPage) -> Iterator[Node]:
     yield element(
         "section",
-        element("h2", "In plain words"),
-        element(
-            "div",
-            list(run_sections.paragraphs(found.record, found.analysis.came, found.analysis.system)),
-            class_="answers",
-        ),
+        element("h2", "What was found"),
+        list(run_sections.paragraphs(found.record, found.analysis.came, found.analysis.system)),
         id="summary",
         class_="part",
     )
+    space, analysis = found.run.scenario.program.space, found.analysis
+    yield analysis_sections.kinds(found.record.manifest.actors, analysis, _pictures(found))
     yield _cases(found)
     yield _course(found)
     yield from where_it_fails.section(found.record)
-    space, analysis = found.run.scenario.program.space, found.analysis
-    yield analysis_sections.kinds(found.record.manifest.actors, analysis)
     yield analysis_sections.places(space, analysis)
     yield analysis_sections.avoided(analysis)
     yield analysis_sections.grids(analysis)
@@ -198,12 +183,30 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield run_sections.again(found.run)
 
 
+def _pictures(found: RunPage) -> Node:
+    """Return one picture per kind of collision among the replayed cases, with its count; all have one scale."""
+    record, actors = found.record, found.record.manifest.actors
+    if not found.replays:
+        return None
+    drawings = dict(zip(found.worst, thumbnails(found.replays), strict=True))
+    kinds = kinds_of_cases(record.evaluations, found.run.blame, found.analysis.kinds, found.worst)
+    figures = [
+        element(
+            "figure",
+            element("a", drawings[case], href=f"#case-{case.rank}", class_="case-link"),
+            element("figcaption", [element("span", words_of(line)) for line in kind_lines(actors, kind, case)]),
+            class_="panel kind",
+        )
+        for kind, case in kinds
+    ]
+    return [shared_road(found.replays[0]), element("div", figures, class_="panels")] if figures else None
+
+
 def _cases(found: RunPage) -> Node:
     if not found.replays:
         return None
     note = (
         f"{_lost_words(found)}{order_text(found.record.manifest.objective).capitalize()}. {_numbers_words(found)} "
-        "Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
         "what it sees and what is hidden from it."
@@ -213,14 +216,13 @@ def _cases(found: RunPage) -> Node:
             "li",
             element(
                 "a",
-                drawing,
                 element("span", f"Case {case.rank} ", element("small", _case_words(found, case))),
                 href=f"#case-{case.rank}",
                 class_="case-tab",
                 data_case=case.rank,
             ),
         )
-        for case, drawing in zip(found.worst, thumbnails(found.replays), strict=True)
+        for case in found.worst
     ]
     cards = [
         case_page.card(
@@ -228,8 +230,7 @@ def _cases(found: RunPage) -> Node:
         )
         for number, (case, replay) in enumerate(zip(found.worst, found.replays, strict=True))
     ]
-    road = shared_road(found.replays[0])
-    return part("cases", "The worst cases", note, road, element("ol", tabs, class_="tabs"), cards)
+    return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
 
 
 def _lost_words(found: RunPage) -> str:
@@ -283,8 +284,12 @@ def _course(found: RunPage) -> Element:
         "course",
         "The course of the search",
         note,
-        key,
-        element("div", list(run_charts.metric_charts(found.record)), class_="panels"),
+        element(
+            "details",
+            element("summary", "Show the curves"),
+            key,
+            element("div", list(run_charts.metric_charts(found.record)), class_="panels"),
+        ),
     )
 
 

@@ -5,7 +5,7 @@ from shlex import quote
 from typing import Any
 
 from cortex_dsl.api.runs import OpenedRun
-from cortex_dsl.report.findings.failures import driver_failed_text, driver_text, others_text, rate_texts
+from cortex_dsl.report.findings.failures import driver_failed_text, driver_text, finds_of, others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
@@ -18,7 +18,7 @@ from cortex_dsl.report.findings.probability_report import (
     probability_text,
     unknown_text,
 )
-from cortex_dsl.report.findings.readable import counted, duration, percent, ratio
+from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.findings.search_report import (
     End,
     ends_of,
@@ -26,17 +26,17 @@ from cortex_dsl.report.findings.search_report import (
     limits,
     method_name,
     objective_words,
-    partners_text,
     whole_run,
     why_invalid,
     worst_words,
 )
 from cortex_dsl.report.page import markup, run_charts
-from cortex_dsl.report.page.markup import Element, Node, element, figure, part, prose, table
-from engine.search.evaluations import distinct_collisions, partners
+from cortex_dsl.report.page.markup import Element, Node, element, figure, folded, part, prose, table
+from engine.search.evaluations import distinct_collisions
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import Probability, kept
+from engine.search.result_files import collisions_by_partner
 from engine.search.store import without_folders
 from engine.vocabulary import EndReason, Verdict
 
@@ -44,19 +44,12 @@ from engine.vocabulary import EndReason, Verdict
 
 
 def paragraphs(record: Record, came: Failures, system: Sequence[str] = ()) -> Iterator[Node]:
-    """The four questions with their answers."""
-    yield _answer("What was searched", _searched(record))
-    yield _answer("How much", _how_much(record))
-    yield _answer("What was found", _found(record, came))
-    yield _answer(
-        "What this does not show",
-        element("ul", [element("li", prose(text)) for text in limits(record, system)]),
-        "limits",
-    )
-
-
-def _answer(question: str, answer: Node, name: str = "") -> Node:
-    return element("div", element("h3", question), element("div", answer), class_=f"answer {name}".strip())
+    """Yield the results in a few sentences, then the object, the effort, the counts and the limits on demand."""
+    yield element("p", list(_found(record, came)), class_="lead-text")
+    yield folded("What was searched, and how much", _searched(record), _how_much(record))
+    yield folded("All counts", _counts(record, came))
+    listed = element("ul", [element("li", prose(text)) for text in limits(record, system)])
+    yield folded("What this does not show", listed)
 
 
 def _searched(record: Record) -> Node:
@@ -97,44 +90,67 @@ def _how_much(record: Record) -> Node:
     )
 
 
-def _found(record: Record, came: Failures) -> Node:
+def _found(record: Record, came: Failures) -> Iterator[Node]:
+    """Yield the results in sentences: collisions, those that a competent driver avoids, partners, objectives."""
     _, simulated = whole_run(record)
-    distinct = distinct_collisions(record.evaluations)
-    first, hit = first_collision(record), simulated.colliding_runs
-    share = percent(ratio(hit, simulated.valid_runs))
-    failed = "" if driver_text(came, record.manifest.objective) else driver_failed_text(came)
-    more = (failed, *rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
-    avoidable: list[Node] = [
-        figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
-        " that a competent driver avoids, of ",
-        figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind")),
-        "; ",
-    ]
-    kinds: list[Node] = [" in all, of ", figure("failures.kinds", came.kinds, counted(came.kinds, "kind")), " and "]
+    hit, valid = simulated.colliding_runs, simulated.valid_runs
+    if not valid and not came.lost:
+        yield f"No simulation was valid, so nothing is known{why_invalid(record)}."
+        return
+    yield "The ego collided in "
+    yield figure("by_simulation.colliding_runs", hit, f"{hit:,}")
+    yield " of "
+    yield figure("by_simulation.valid_runs", valid, counted(valid, "valid simulation"))
+    yield f" ({percent(ratio(hit, valid))}). " if valid else ". "
+    if came.judged and hit:
+        yield "A competent driver avoids "
+        yield figure("failures.avoidable", came.avoidable, f"{came.avoidable:,}")
+        yield " of these collisions"
+        if came.avoidable:
+            yield ", which are of "
+            yield figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind"))
+        yield ". "
+    if failed := driver_text(came, record.manifest.objective) or driver_failed_text(came):
+        yield f"{failed[0].upper()}{failed[1:]}. "
+    yield from _partners(record)
+    yield objective_words(record)
+
+
+def _counts(record: Record, came: Failures) -> Node:
+    _, simulated = whole_run(record)
+    distinct, first = distinct_collisions(record.evaluations), first_collision(record)
+    finds = finds_of(record.manifest.objective)
+    more = (*rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
     return element(
         "p",
-        avoidable if came.judged else None,
-        figure("by_simulation.colliding_runs", hit, counted(hit, "collision")),
-        kinds if came.judged else " of ",
         figure("distinct_collisions", distinct, counted(distinct, "set")),
-        " of params, in ",
-        figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
-        f", {share}. " if simulated.valid_runs else ". ",
+        f" of params {'collides' if distinct == 1 else 'collide'}. ",
         [f"{text[0].upper()}{text[1:]}. " for text in more if text],
-        _partners(record),
-        f"The first came with simulation {first:,}. " if first else "",
+        f"The first collision came with simulation {first:,}. " if first else "",
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),
         f" ({percent(ratio(simulated.nis, simulated.individuals))})",
         f" {'was' if simulated.nis == 1 else 'were'} invalid{why_invalid(record)}. ",
-        f"{worst_words(record)} {objective_words(record)}".rstrip(),
+        worst_words(record),
+        f" The mean {finds.goal} of a {finds.among_one} simulation is ",
+        figure("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2)),
+        ".",
     )
 
 
-def _partners(record: Record) -> str:
-    """Return the actors with which the ego collided, and those with which it never did."""
+def _partners(record: Record) -> Iterator[Node]:
+    """Yield the collisions by partner if there are several possible partners: a search may have missed one."""
     actors = record.manifest.actors
-    text = partners_text(actors, partners(record.evaluations, len(actors)))
-    return f"By partner: {text.removeprefix('with ')}. " if text else ""
+    if len(actors) < 3:
+        return
+    counts = collisions_by_partner(record.evaluations, actors)
+    yield "By partner: "
+    for number, (name, count) in enumerate(counts["collisions_with"].items()):
+        yield f"{', ' if number else ''}{name} "
+        yield figure(f"collisions_with.{name}", count, f"{count:,}")
+    if count := counts["collisions_without_ego"]:
+        yield "; without the ego "
+        yield figure("collisions_without_ego", count, f"{count:,}")
+    yield ". "
 
 
 # -- probability of a collision: estimates next to the journal, or the command for one ---------------------------------
@@ -156,10 +172,11 @@ def likely(run: OpenedRun) -> Element:
     """
     found = kept(run.folder, run.scenario.program.digest)
     if found:
-        return part("probability", "How probable is it?", NOTE, table(HEAD, [_row(each) for each in found], "likely"))
+        rows = table(HEAD, [_row(each) for each in found], "likely")
+        return part("probability", "How probable is it?", None, rows, folded("How this is determined", NOTE))
     command = element("pre", f"cortexc probability {quote(without_folders(str(run.folder)))}", class_="command")
     missing = element("p", "Not estimated yet. This command estimates it, and the next report shows it:", class_="note")
-    return part("probability", "How probable is it?", NOTE, missing, command)
+    return part("probability", "How probable is it?", None, missing, command, folded("How this is determined", NOTE))
 
 
 def _row(found: Probability) -> Element:

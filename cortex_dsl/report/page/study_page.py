@@ -8,10 +8,16 @@ import numpy as np
 
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
-from cortex_dsl.report.findings.study_report import BOXED, distinct_simulations, measure_called, study_content
+from cortex_dsl.report.findings.study_report import (
+    BOXED,
+    distinct_simulations,
+    measure_called,
+    study_content,
+    verdict_line,
+)
 from cortex_dsl.report.page import markup, study_tables
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
-from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from cortex_dsl.report.page.markup import Element, Node, element, folded, page, part, top_bar
 from engine.search.store import without_folders
 from engine.strict_json import plain
 from engine.study.comparisons import Measure, sample
@@ -66,9 +72,9 @@ def _hero(study: Study, found: Findings) -> Element:
         element("h1", _title(study)),
         element("p", ", ".join(subject.name for subject in plan.subjects), class_="description"),
         element("p", unfinished, class_="note") if unfinished else None,
-        element("div", [element("p", _sentence(text), class_="headline") for text in found.verdict], id="verdict"),
-        element("p", _sentence(RULE), class_="note"),
-        element("p", _sentence(FAMILIES), class_="note"),
+        element("p", f"{verdict_line(plan, found.comparisons)}.", class_="headline", id="verdict"),
+        [element("p", _sentence(text), class_="note") for text in found.verdict],
+        folded("How this is decided", _sentence(RULE), _sentence(FAMILIES)),
         element("div", [_tile(*tile) for tile in tiles], class_="tiles"),
         class_="hero",
     )
@@ -102,8 +108,8 @@ def _limits() -> Element:
         "Runs are the observations; simulations within one run are not independent and are not tested.",
         "A larger yield does not mean a larger variety: read the kinds together with the collisions.",
     )
-    inner = element("div", element("h3", "What this does not show"), element("ul", [element("li", t) for t in texts]))
-    return element("section", element("div", inner, class_="answer limits"), class_="part")
+    listed = element("ul", [element("li", text) for text in texts])
+    return element("section", folded("What this does not show", listed), class_="part")
 
 
 # -- the primary outcome, and box plots --------------------------------------------------------------------------------

@@ -23,8 +23,9 @@ from cortex_dsl.report.findings.interchange_report import (
     size_text,
 )
 from cortex_dsl.report.findings.readable import counted, fixed
+from cortex_dsl.report.findings.story import moment_of
 from cortex_dsl.report.terminal.measures_view import measures_view, metrics_view, risk_view
-from cortex_dsl.report.terminal.run_view import curves, moment_of, timeline
+from cortex_dsl.report.terminal.run_view import curves, timeline
 from cortex_dsl.report.terminal.scene_view import scene_view
 from cortex_dsl.report.terminal.theme import actor_style, columns, heading, indented, left, right, section
 from engine.interchange.recording import Recording

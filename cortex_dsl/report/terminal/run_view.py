@@ -1,4 +1,4 @@
-"""One run: the drawing, the timeline, the metrics, the risk, random values, and the command to repeat it."""
+"""Details of one run: its events, its course over time, the metrics, the risk, params and choices."""
 
 from collections.abc import Sequence
 
@@ -8,10 +8,9 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.findings.choices import made_choices
-from cortex_dsl.report.findings.objectives import broken_words
-from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, format_gene, significant
+from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import RunReport
-from cortex_dsl.report.findings.story import Moment, end_of
+from cortex_dsl.report.findings.story import Moment
 from cortex_dsl.report.terminal.measures_view import (
     further_pairs,
     measures_view,
@@ -20,10 +19,10 @@ from cortex_dsl.report.terminal.measures_view import (
     records_view,
     risk_view,
 )
-from cortex_dsl.report.terminal.scene_view import KeyMoment, scene_view
-from cortex_dsl.report.terminal.theme import actor_style, columns, left, right, section, sparkline, title_of
+from cortex_dsl.report.terminal.render import rendered
+from cortex_dsl.report.terminal.theme import actor_style, columns, left, right, section, sparkline
+from cortex_dsl.report.views.run import timeline as timeline_blocks
 from cortex_dsl.semantics.names.linking import FixedParam
-from engine.outcomes import Outcomes
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
 from engine.scenes import Scenes, Trajectory
@@ -32,16 +31,11 @@ from engine.vocabulary import GeneKind, State
 # -- the story as a table of moments, and the course of speeds and distance as small curves ----------------------------
 
 APART = "apart"
-KIND_STYLES = {"contact": "bad", "impact": "bad", "closest": "warn", "left_road": "warn", "end": "title"}
 
 
 def timeline(moments: Sequence[Moment], actors: Sequence[str]) -> RenderableType:
     """Return one line per moment: time, actor, event."""
-    rows = []
-    for moment in moments:
-        who = Text(actors[moment.actor], actor_style(moment.actor)) if moment.actor >= 0 else Text("")
-        rows.append((Text(f"{moment.time:.2f} s", "quiet"), who, Text(moment.text, KIND_STYLES.get(moment.kind, ""))))
-    return columns(right(), left(), left(wrap=True), rows=rows)
+    return rendered(timeline_blocks(moments, actors), 80)
 
 
 def curves(
@@ -122,35 +116,30 @@ def _gauge(space: ParamSpace, gene: int, value: float) -> Text:
     )
 
 
-# -- the whole report --------------------------------------------------------------------------------------------------
+# -- the details of a run ----------------------------------------------------------------------------------------------
 
 
-def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:
-    """The whole report of `cortexc FILE`, `width` columns wide."""
-    program, outcomes = report.program, report.outcomes
-    drawing = scene_view(
-        report.road, program.actors, report.trajectory, key_moment(report), width - 2, ascii_only=ascii_only
+def run_details(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:
+    """Return the details of a run for `--metrics`."""
+    program = report.program
+    courses = curves(
+        report.trajectory, program.actors, float(report.outcomes.end_time[0]), report.pair, width, report.unit
     )
-    end = float(outcomes.end_time[0])
-    courses = curves(report.trajectory, program.actors, end, report.pair, width, report.unit)
     parts: list[RenderableType] = [
-        title_of(program),
-        _headline(report),
-        section("Scene", drawing, _attempts(report.scenes)),
-        section("What happened", timeline(report.story, program.actors), f"simulated by the {report.engine} engine"),
+        section("All events", timeline(report.story, program.actors)),
         section("Over time", courses, _curves_note(report)),
     ]
     if report.objective_results:
-        parts.append(section("Objectives", objectives_view(report.objective_results), "above 0 an expectation is kept"))
+        parts.append(
+            section("All objectives", objectives_view(report.objective_results), "above 0 an expectation is kept")
+        )
     if report.records:
-        parts.append(section("Records", records_view(report.records, width), "up to contact or the end"))
+        parts.append(section("All records", records_view(report.records, width), "up to contact or the end"))
     parts += _judgement(report, ascii_only=ascii_only) if report.valid else []
     if len(program.space) or report.held:
-        parts.append(section("Params", params_view(program.space, report.scenes.genomes[0], report.held)))
+        parts.append(section("All params", params_view(program.space, report.scenes.genomes[0], report.held)))
     if (choices := choices_view(program, report.scenes)) is not None:
         parts.append(section("Choices", choices))
-    alike = ", if its driver decides alike" if program.controls else ""
-    parts.append(section("Again", Text(report.reproduce), f"the same run, bit for bit{alike}"))
     return Group(*parts)
 
 
@@ -174,46 +163,9 @@ def choices_view(program: Program, scenes: Scenes) -> RenderableType | None:
     return columns(left(), left(wrap=True), rows=rows) if rows else None
 
 
-def key_moment(report: RunReport) -> KeyMoment | None:
-    """The moment that the drawing shows."""
-    return moment_of(report.outcomes, report.trajectory, report.pair)
-
-
-def moment_of(outcomes: Outcomes, trajectory: Trajectory, pair: int) -> KeyMoment | None:
-    """Contact, else the closest approach of the deciding pair: the mark lies between the two outlines' centres."""
-    contact = int(outcomes.contact_actors[0, 0]) >= 0
-    if not contact and outcomes.min_distance.shape[1] == 0:
-        return None
-    time = float(outcomes.end_time[0] if contact else outcomes.min_distance_time[0, pair])
-    if not np.isfinite(time):
-        return None
-    first, second = outcomes.contact_actors[0].tolist() if contact else (0, pair + 1)
-    sample = int(np.argmin(np.abs(trajectory.time - time)))
-    met = [first, second] if second >= 0 else [first]  # a building is no actor
-    centres = trajectory.states[sample, met][:, [State.X, State.Y]]
-    x, y = centres.mean(axis=0)
-    return KeyMoment(sample, contact, (float(x), float(y)))
-
-
-def _headline(report: RunReport) -> Text:
-    """Return the result of the run in one line."""
-    end = end_of(report.program, report.outcomes, 0)
-    judged = report.valid and report.outcomes.min_distance.shape[1]
-    return Text.assemble(
-        (end.text, "bad" if end.kind == "contact" else "good" if report.valid else "warn"),
-        (f"  after {end.time:.2f} s", "quiet"),
-        (f"  risk {report.score} of 22", "title") if judged else "",
-        (f"  {broken}", "bad") if (broken := broken_words(report.objective_results)) else "",
-    )
-
-
 def _curves_note(report: RunReport) -> str:
     """Return a note on the pair of the curve: the distance is that of centres, unlike the metrics' outlines."""
     actors = report.program.actors
     if len(actors) < 2:
         return "speed"
     return f"speeds, and the distance between the centres of {actors[0]} and {actors[report.pair + 1]}"
-
-
-def _attempts(scenes: Scenes) -> str:
-    return f"found after {counted(int(scenes.attempts[0]), 'attempt')}"

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from cortex_dsl.report.blocks import Drawing, KeyMoment
 from cortex_dsl.report.findings.case_replay import outline_corners
 from cortex_dsl.report.findings.framing import heading_of_road
 from cortex_dsl.report.terminal.canvas import Canvas, Point, Window
@@ -22,6 +22,8 @@ DRAWING_COLUMNS = 62
 DRAWING_ROWS = 26
 MARGIN = 7.0
 """World shown around the actors' ways [m]."""
+CLOSE = 9.0
+"""World shown to each side of the key moment in a close drawing [m]."""
 LANES = 14.0
 """Lanes of one direction are no wider than this together, where the ego's road is looked for [m]."""
 MIN_WIDTH_SIDE_BY_SIDE = 92
@@ -31,16 +33,6 @@ SIDES = ("right", "up right", "up", "up left", "left", "down left", "down", "dow
 """Directions in a drawing, from the right anticlockwise."""
 GAPS = ((1, 0), (1, 1), (2, 2), (1, 2), (3, 1), (1, 3))
 """Dots drawn and left out along each actor's way, so that ways differ without colour too."""
-
-
-@dataclass(frozen=True)
-class KeyMoment:
-    """The sample at which the drawing shows the actors' outlines, and its kind."""
-
-    sample: int
-    contact: bool
-    point: Point
-    """Position of the mark."""
 
 
 def scene_view(
@@ -53,7 +45,7 @@ def scene_view(
     ascii_only: bool,
 ) -> RenderableType:
     """Return the drawing with its legend, side by side if the console is wide enough."""
-    canvas = draw_scene(road, trajectory, moment, min(DRAWING_COLUMNS, width - 4), ascii_only=ascii_only)
+    canvas = draw_scene(road, trajectory, moment, width - 4, ascii_only=ascii_only)
     drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
     legend = _legend(actors, trajectory, canvas, moment, ascii_only=ascii_only)
     legend[1:1] = signal_legend(road)
@@ -65,14 +57,53 @@ def scene_view(
 
 
 def draw_scene(
-    road: Outline, trajectory: Trajectory, moment: KeyMoment | None, width: int, *, ascii_only: bool = False
+    road: Outline,
+    trajectory: Trajectory,
+    moment: KeyMoment | None,
+    width: int,
+    *,
+    rows: int = DRAWING_ROWS,
+    ascii_only: bool = False,
 ) -> Canvas:
-    """Road, ways, outlines at the key moment, marks; later things lie on top. The ego's road lies along it."""
+    """Return the whole run, at most `DRAWING_COLUMNS` wide and `rows` high. The ego's road lies along it."""
+    shown = [point for actor in range(len(trajectory.outlines)) for point in _way(trajectory, actor)] or [(0.0, 0.0)]
+    width = min(DRAWING_COLUMNS, width)
+    rows = min(rows, max(10, width // 2 - 4))
+    window = Window.around(shown, width, rows, MARGIN, heading_of_road(road, LANES, trajectory.states[:, 0]))
+    return _drawn(Canvas(width, rows, window), road, trajectory, moment, ascii_only=ascii_only)
+
+
+def draw_close(drawing: Drawing, width: int, rows: int, *, ascii_only: bool = False) -> Canvas:
+    """Return the surroundings of the key moment, `width` x `rows` characters."""
+    moment, heading = drawing.moment, heading_of_road(drawing.road, LANES, drawing.trajectory.states[:, 0])
+    x, y = moment.point if moment else (0.0, 0.0)
+    apart = 0.0 if moment is None or moment.contact else _extent(drawing, moment)
+    reach = max(CLOSE, apart)
+    corners = [(x - reach, y - reach), (x + reach, y + reach), (x - reach, y + reach), (x + reach, y - reach)]
+    window = Window.around(corners, width, rows, 0.0, heading)
+    return _drawn(
+        Canvas(width, rows, window), drawing.road, drawing.trajectory, moment, ascii_only=ascii_only, marks=False
+    )
+
+
+def _extent(drawing: Drawing, moment: KeyMoment) -> float:
+    """Return how far the two actors of the pair are from the key point at the key moment [m]."""
+    states = drawing.trajectory.states[moment.sample][[0, drawing.pair + 1]]
+    away = np.hypot(states[:, State.X] - moment.point[0], states[:, State.Y] - moment.point[1])
+    return float(np.nan_to_num(away).max()) + 2.0
+
+
+def _drawn(
+    canvas: Canvas,
+    road: Outline,
+    trajectory: Trajectory,
+    moment: KeyMoment | None,
+    *,
+    ascii_only: bool,
+    marks: bool = True,
+) -> Canvas:
+    """Return the canvas with road, ways, outlines at the key moment, and marks; later things lie on top."""
     ways = [_way(trajectory, actor) for actor in range(len(trajectory.outlines))]
-    shown = [point for way in ways for point in way] or [(0.0, 0.0)]
-    rows = min(DRAWING_ROWS, max(10, width // 2 - 4))
-    heading = heading_of_road(road, LANES, trajectory.states[:, 0])
-    canvas = Canvas(width, rows, Window.around(shown, width, rows, MARGIN, heading))
     for line in (*road.middle_lines, *road.lane_lines):
         canvas.line(_points(line), "road", on=1, off=3)
     for line in (*road.stop_lines, *road.kerbs, *(np.vstack([ring, ring[:1]]) for ring in road.buildings)):
@@ -85,7 +116,7 @@ def draw_scene(
             _draw_outline(canvas, trajectory, actor, moment.sample)
     mark_signals(canvas, road, 0.0 if moment is None else float(trajectory.time[moment.sample]))
     for actor, way in reversed(list(enumerate(ways))):
-        if way:
+        if way and marks:
             canvas.mark(way[0], _initial(actor), actor_style(actor))
     if moment is not None:
         canvas.mark(moment.point, _moment_mark(moment, ascii_only=ascii_only), "bad" if moment.contact else "warn")
@@ -159,6 +190,21 @@ def _legend(
             )
         )
     return [columns(left(), left(), left(), rows=rows), _scale(canvas, ascii_only=ascii_only)]
+
+
+def compact_legend(drawing: Drawing, canvas: Canvas, *, ascii_only: bool) -> Text:
+    """Return the marks of a drawing, its scale and north in one paragraph."""
+    parts: list[Text] = [
+        Text(f"{_initial(i)} {name}", actor_style(i))
+        for i, name in enumerate(drawing.actors)
+        if i < len(drawing.trajectory.outlines)
+    ]
+    if drawing.moment is not None:
+        mark = _moment_mark(drawing.moment, ascii_only=ascii_only)
+        style, name = ("bad", "contact") if drawing.moment.contact else ("warn", "closest")
+        parts.append(Text(f"{mark} {name}", style))
+    parts += [line for line in signal_legend(drawing.road) if isinstance(line, Text)]
+    return Text("  ").join([*parts, _scale(canvas, ascii_only=ascii_only)])
 
 
 def signal_legend(road: Outline) -> list[RenderableType]:

@@ -1,4 +1,4 @@
-"""The final report of a search, alone or compared with its baseline."""
+"""Details of a search: the metrics of the paper, params and genes, the ends of its runs, and rejected scenes."""
 
 import math
 from collections import Counter
@@ -10,34 +10,22 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.findings.driven_runs import DRIVEN
-from cortex_dsl.report.findings.failures import (
-    driver_failed_text,
-    driver_text,
-    lead_text,
-    order_text,
-    others_text,
-    rate_texts,
-)
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, brief_of
-from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, significant, whole
+from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, whole
 from cortex_dsl.report.findings.search_report import (
     End,
     SearchReport,
     ends_of,
     method_name,
     method_style,
-    partners_text,
 )
 from cortex_dsl.report.findings.story import end_text
 from cortex_dsl.report.findings.tally import Tally, blame_note
 from cortex_dsl.report.terminal.requirements_view import blame_view, requirements_view
-from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, sparkline, title_of
+from cortex_dsl.report.terminal.theme import bar, columns, indented, left, right, section, sparkline
 from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
 from engine.program import Program
-from engine.search.campaign import INTERRUPTED
-from engine.search.evaluations import Figures, partners
-from engine.search.protocol import DEFAULT_OBJECTIVES
-from engine.search.result_files import broken_by
+from engine.search.evaluations import Figures
 from engine.vocabulary import EndReason, Verdict
 
 CURVE = 30
@@ -49,77 +37,54 @@ BESIDE_TWO_CURVES = 52
 BAR = 16
 
 
-def search_view(program: Program, report: SearchReport, settings: str, width: int) -> RenderableType:
-    """The whole report of `--ga` or of `--random`."""
-    parts: list[RenderableType] = [
-        title_of(program),
-        headline(program, report),
-        *_loneliness(program),
-        section("Generations", generations_table(report, width), settings),
-    ]
-    return Group(*parts, *_details(program, report, width))
-
-
-def comparison_view(program: Program, reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
-    """The whole report of `--ga --random`: both side by side, then the details of each."""
-    parts: list[RenderableType] = [
-        title_of(program),
-        *(headline(program, report) for report in reports),
-        *_loneliness(program),
-        section("Side by side", comparison_table(reports, width), settings),
-    ]
-    for report in reports:
-        parts += [Text(), Text(f"── {method_name(report.method)} ", method_style(report.method))]
-        parts += _details(program, report, width)
+def search_details(program: Program, report: SearchReport, width: int) -> RenderableType:
+    """Return the details of a search for `--metrics`: params of the worst cases, effects, ends, files."""
+    parts: list[RenderableType] = []
+    campaign = report.campaign
+    if campaign.worst:
+        below = [line for line in (common_line(program.space, campaign), worst_files(report)) if line is not None]
+        body = Group(worst_table(program, campaign, width - 2), *([Text(), *below] if below else []))
+        parts.append(section("Params of the worst cases", body, "parts of the risk: C + MD + D_MS + TTC_MS"))
+    if campaign.worst and len(program.space):
+        parts.append(
+            section("What each gene did", genes_view(program.space, campaign, width - 2), effect_note(campaign))
+        )
+    if np.isin(campaign.evaluations.rollouts.verdict, DRIVEN).any():
+        parts.append(section("How runs ended", ends_table(program, report)))
+    if report.folder is not None:
+        parts.append(section("Results", results_view(report.folder), f"in {report.folder}/"))
     return Group(*parts)
 
 
-def _loneliness(program: Program) -> list[RenderableType]:
-    """Return a warning if the ego is the only actor, so that a search cannot find anything."""
-    if len(program.actors) > 1:
-        return []
-    return [Text("  the ego is the only actor, so every risk is 0", "warn")]
+def paper_details(reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
+    """Return the figures of the paper for `--paper`: its five metrics, and its count of collisions."""
+    if len(reports) > 1:
+        table = section("Side by side", comparison_table(reports, width), settings)
+    else:
+        table = section("Generations", generations_table(reports[0], width), settings)
+    return Group(table, *(indented(Text(line, "quiet")) for report in reports for line in paper_lines(report)))
 
 
-def headline(program: Program, report: SearchReport) -> Text:
-    """Return the headline: failures of the ego, then their rate, partners, effort, and the paper's count."""
+def paper_lines(report: SearchReport) -> Iterator[str]:
+    """Yield the counts of the paper, in which a repeated elite counts again."""
     campaign = report.campaign
-    came, found = campaign.failures, campaign.by_simulation
-    failed = driver_text(came, campaign.objective)
-    return Text.assemble(
-        (f"{method_name(report.method)}: ", method_style(report.method)),
-        (failed or lead_text(came), "bad" if failed or came.collisions else "good"),
-        f" in {counted(found.runs, 'simulation') if failed else _simulations(found)}",
-        ("  interrupted" if campaign.stopped else "", "warn"),
-        (" before its collisions were judged" if campaign.status == INTERRUPTED else "", "warn"),
-        *((f"\n  {line}", "quiet") for line in _below(program, report) if line),
-    )
-
-
-def _simulations(found: Figures) -> str:
-    """Those that a collision could end."""
-    return f"{found.valid_runs:,} {'' if found.valid_runs == found.runs else 'valid '}simulations"
-
-
-def _below(program: Program, report: SearchReport) -> Iterator[str]:
-    campaign = report.campaign
-    everyone, found = campaign.by_individual, campaign.by_simulation
-    if not driver_text(campaign.failures, campaign.objective):
-        yield driver_failed_text(campaign.failures)
-    yield from rate_texts(campaign.failures, campaign.elapsed)
-    yield others_text(campaign.failures, program.actors[0])
-    yield partners_text(program.actors, partners(campaign.evaluations, len(program.actors)))
-    rate = found.runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
-    work = f"{counted(found.runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
-    yield f"{campaign.distinct_collisions:,} colliding sets of params; {work}" if everyone.nc else work
-    if campaign.objective != DEFAULT_OBJECTIVES:
-        finds = int(campaign.evaluations.found[campaign.evaluations.simulated].sum())
-        best = significant(campaign.worst[0].continuous) if campaign.worst else "none"
-        yield f"objective: {' and '.join(campaign.objective)}; found {counted(finds, 'time')}, largest {best}"
-    for name, count in broken_by(campaign.evaluations, program.judged.names).items():
-        yield f'"{name}" broken in {counted(count, "run")}'
+    everyone, name = campaign.by_individual, method_name(report.method)
     how = "as the paper counts, with repeated elites" if campaign.evaluations.reused.any() else "by individual"
-    yield f"{how}: {counted(everyone.nc, 'collision')} among {counted(everyone.individuals, 'individual')}"
+    collisions, individuals = counted(everyone.nc, "collision"), counted(everyone.individuals, "individual")
+    yield f"{name}, {how}: {collisions} among {individuals}; {campaign.distinct_collisions:,} colliding sets of params"
+
+
+def rejections(program: Program, report: SearchReport) -> RenderableType | None:
+    """Return why no scene of a search was valid; None if one was driven."""
+    evaluations = report.campaign.evaluations
+    tally = Tally.of_search(evaluations)
+    if np.isin(evaluations.rollouts.verdict, DRIVEN).any() or not tally.attempts:
+        return None
+    note = "no scene was valid; tested only if the earlier ones held"
+    parts = [section("Requirements", requirements_view(program, tally), note)]
+    if report.blame is not None:
+        parts.append(section("Which requirement is to blame", blame_view(report.blame), blame_note(report.blame)))
+    return Group(*parts)
 
 
 def generations_table(report: SearchReport, width: int) -> RenderableType:
@@ -227,31 +192,6 @@ def _end_row(end: End, share: float) -> tuple[Text, Text, Text, Text]:
         Text(bar(share, 1.0, BAR), style or "bar"),
         Text(end.text, style),
     )
-
-
-def _details(program: Program, report: SearchReport, width: int) -> list[RenderableType]:
-    parts: list[RenderableType] = []
-    campaign = report.campaign
-    if campaign.worst:
-        title = "The ten worst" if len(campaign.worst) == 10 else f"The {len(campaign.worst)} worst"
-        below = [line for line in (common_line(program.space, campaign), worst_files(report)) if line is not None]
-        table = worst_table(program, campaign, width - 2)
-        body = Group(table, Text(), Text(order_text(campaign.objective), "quiet"), *below)
-        parts.append(section(title, body, "parts of the risk: C + MD + D_MS + TTC_MS"))
-    if campaign.worst and len(program.space):
-        parts.append(
-            section("What each gene did", genes_view(program.space, campaign, width - 2), effect_note(campaign))
-        )
-    if np.isin(campaign.evaluations.rollouts.verdict, DRIVEN).any():
-        parts.append(section("How runs ended", ends_table(program, report)))
-    elif (tally := Tally.of_search(campaign.evaluations)).attempts:
-        note = "no scene was valid; tested only if the earlier ones held"
-        parts.append(section("Requirements", requirements_view(program, tally), note))
-        if report.blame is not None:
-            parts.append(section("Which requirement is to blame", blame_view(report.blame), blame_note(report.blame)))
-    if report.folder is not None:
-        parts.append(section("Results", results_view(report.folder), f"in {report.folder}/"))
-    return parts
 
 
 def _meaning(meaning: str, unit: str) -> Text:

@@ -15,6 +15,7 @@ from cortex_dsl.report.findings.study_report import (
     p_text,
     quartiles,
     value_text,
+    verdict_line,
     yields_text,
 )
 from cortex_dsl.report.terminal.theme import MARGIN, columns, heading, indented, left, right, section
@@ -166,7 +167,7 @@ FILES = (
 def study_view(study: Study, findings: Findings, width: int) -> RenderableType:
     """The whole report."""
     if not study.records:
-        return Group(*_head(study, findings))
+        return Group(*_head(study, findings), _rule())
     return Group(
         *_head(study, findings),
         *(_scenario(study, findings, subject.name, width) for subject in study.plan.subjects),
@@ -176,7 +177,12 @@ def study_view(study: Study, findings: Findings, width: int) -> RenderableType:
             columns(left(), left(wrap=True), rows=[(a, Text(b, "quiet")) for a, b in FILES]),
             f"in {study.folder}/",
         ),
+        _rule(),
     )
+
+
+def _rule() -> RenderableType:
+    return section("How this is decided", Group(Text(RULE, "quiet"), Text(FAMILIES, "quiet")))
 
 
 def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
@@ -197,10 +203,9 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
     for line in yields_text(plan, records):
         yield Text(line, "quiet")
     yield Text()
+    yield Text(verdict_line(plan, findings.comparisons), "title")
     for sentence in findings.verdict:
-        yield Text(sentence, "title")
-    yield Text(RULE, "quiet")
-    yield Text(FAMILIES, "quiet")
+        yield Text(sentence)
 
 
 def _seeds(plan: Plan) -> str:

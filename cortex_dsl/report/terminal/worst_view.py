@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from shlex import quote
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,10 @@ from rich.text import Text
 
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.failures import finds_of
-from cortex_dsl.report.findings.readable import ABSENT, SpeedUnit, column_decimals, fixed, format_gene, significant
+from cortex_dsl.report.findings.readable import ABSENT, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.search_report import SearchReport
-from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, sparkline
-from engine.avoidability import Avoidability
+from cortex_dsl.report.terminal.theme import bar, columns, left, right, sparkline
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.campaign import Campaign
@@ -26,9 +24,6 @@ from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.ranking import Case, order_of_risk
 from engine.tables import Floats
 from engine.vocabulary import Blame, GeneKind
-
-if TYPE_CHECKING:
-    from cortex_dsl.report.findings.cases_found import CaseFound
 
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
@@ -168,62 +163,6 @@ def worst_files(report: SearchReport) -> RenderableType | None:
     text = quote(as_argument(first)) + ("" if first == last else f" .. {last.name}")
     drives = f" {report.driver}" if report.driver else ""
     return Text.assemble(("again: ", "quiet"), f"cortexc {text}{drives}")
-
-
-# -- the same cases by kind --------------------------------------------------------------------------------------------
-
-FOUND = """\
-side: of the ego, on which the other was; heading: the other's, seen from
-the ego; with speeds in {unit}, at contact or where they were closest
-avoidable: by the reference driver of UN R157, and by how much it brakes in
-time (+) or too late (-)"""
-
-
-def found_view(found: "Sequence[CaseFound]", note: str, unit: SpeedUnit) -> RenderableType:
-    """One row a case: risk, partner, kind, speeds, and whether a competent driver avoids it; speeds in `unit`."""
-    head = (
-        right("#", "quiet"),
-        right("risk", "title"),
-        left("with"),
-        right("apart"),
-        left("side"),
-        left("heading"),
-        right("ego"),
-        right("other"),
-        left("avoidable", wrap=True),
-    )
-    rows = [_found_row(each, unit) for each in found]
-    title = "The ten worst" if len(found) == 10 else f"The {len(found)} worst" if len(found) > 1 else "The worst"
-    table = columns(*head, rows=rows, header=True)
-    return section(title, Group(table, Text(), Text(FOUND.format(unit=unit.name), "quiet")), note)
-
-
-def _found_row(each: "CaseFound", unit: SpeedUnit) -> tuple[Text, ...]:
-    case = each.case
-    apart = Text("contact", "bad") if case.collided else Text(f"{fixed(case.min_distance, 2)} m")
-    speeds = (Text(unit.number(speed, 0)) for speed in each.speeds)
-    who = Text(each.partner or ABSENT, "" if each.partner else "quiet")
-    return (
-        Text(str(case.rank)),
-        Text(str(case.score)),
-        who,
-        apart,
-        Text(each.side),
-        Text(each.heading),
-        *speeds,
-        _avoidable(each.answer),
-    )
-
-
-def _avoidable(answer: Avoidability | None) -> Text:
-    if answer is None:
-        return Text()
-    from cortex_dsl.report.findings.analysis_report import AVOIDANCES
-
-    name, style, _ = AVOIDANCES[answer.avoidance]
-    told = math.isfinite(answer.margin) and (answer.avoidable or answer.margin < 0.0)
-    margin = f" {answer.margin:+.2f} s" if told else ""
-    return Text.assemble((name, style), (margin, "quiet"))
 
 
 # -- effect of each gene, and the bad cases in its range ---------------------------------------------------------------

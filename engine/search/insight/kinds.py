@@ -130,13 +130,14 @@ def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
     every = codes(evaluations, blame)[rows, rollouts]
     found, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
     made = [
-        FoundKind(_kind(*code), int(count), int(rows[at]), int(rollouts[at]))
+        FoundKind(kind_of(*code), int(count), int(rows[at]), int(rollouts[at]))
         for code, at, count in zip(found.tolist(), first.tolist(), counts.tolist(), strict=True)
     ]
     return tuple(sorted(made, key=lambda each: (each.kind.blame != Blame.AVOIDABLE, -each.count, each.row)))
 
 
-def _kind(pair: int, side: int, direction: int, ego: int, other: int, blame: int) -> Kind:
+def kind_of(pair: int, side: int, direction: int, ego: int, other: int, blame: int) -> Kind:
+    """Return the kind of a row of `codes`."""
     return Kind(pair, Side(side), direction, ego, other, Blame(blame))
 
 

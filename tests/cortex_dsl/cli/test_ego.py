@@ -133,7 +133,7 @@ def test_a_search_is_kept_with_who_drove(home: Path, capsys: pytest.CaptureFixtu
     assert main(["report", "run", "--cases", "1"]) == 0
     assert main(["verify", "run", "--model", "dynamic", "--worst", "1"]) == 0
     capsys.readouterr()
-    assert main(["resume", "run"]) == 0
+    assert main(["resume", "run", "--metrics"]) == 0
     assert "effect" in capsys.readouterr().out
     assert main(["resume", "run", "--generations", "3"]) == 2
     said = capsys.readouterr().err
@@ -189,7 +189,7 @@ def test_scenes_over_which_a_driver_fails_are_kept(
     (home / "fuzz.py").write_text(FUZZ.replace("15.0", "13.0"), encoding="utf-8")
     drives = ("--ego", "python:fuzz:drive")
     search = ("crossing.scn", "--ga", "--generations", "3", "--population", "20", "--seed", "2", *drives)
-    assert main([*search, *goal, "--out", "run"]) == 0
+    assert main([*search, *goal, "--metrics", "--out", "run"]) == 0
     out = capsys.readouterr().out
     run = cx.open_run("run")
     evaluations = run.record.evaluations

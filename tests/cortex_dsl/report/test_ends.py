@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cortex_dsl.report.blocks import lines_of, plain
 from cortex_dsl.report.findings.search_report import SearchReport, ends_of, partners_text
-from cortex_dsl.report.terminal.search_view import headline
+from cortex_dsl.report.terminal.search_view import paper_lines
+from cortex_dsl.report.views.search import headline
 from engine.program import Program
 from engine.search.evaluations import Partners
 from engine.vocabulary import Blame
@@ -39,12 +41,13 @@ def test_nothing_valid_misses_nobody(three: Program, nothing_valid: SearchReport
 
 
 def test_the_headline_counts_simulations_first(three: Program, report: SearchReport) -> None:
-    """What speaks against the ego, shares of valid simulations and rates, by partner, and last the paper's count."""
+    """What speaks against the ego, shares of valid simulations and rates, by partner; the paper's count is apart."""
     hit = report.campaign.evaluations.rollouts.collided & report.campaign.evaluations.simulated[:, np.newaxis]
     blame = np.where(hit, int(Blame.UNAVOIDABLE), int(Blame.NONE))
     blame[np.flatnonzero(hit)[:2]] = int(Blame.AVOIDABLE)
     report = replace(report, campaign=replace(report.campaign, blame=blame))
-    first, avoidable, every, by, _, last = headline(three, report).plain.splitlines()
+    first, avoidable, every, by = map(plain, lines_of(headline(three, report)))
+    (last,) = paper_lines(report)
     found, everyone = report.campaign.by_simulation, report.campaign.by_individual
     assert first.startswith("genetic algorithm: 2 avoidable collisions of ")
     assert first.endswith(f" in {found.valid_runs} valid simulations")
@@ -53,8 +56,8 @@ def test_the_headline_counts_simulations_first(three: Program, report: SearchRep
     assert f"{100 * found.colliding_runs / found.valid_runs:.1f} % of valid simulations" in every
     assert by == f"  with truck {found.colliding_runs}, walker 0"
     assert last == (
-        f"  as the paper counts, with repeated elites: {everyone.nc} collisions "
-        f"among {everyone.individuals} individuals"
+        f"genetic algorithm, as the paper counts, with repeated elites: {everyone.nc} collisions "
+        f"among {everyone.individuals} individuals; {report.campaign.distinct_collisions} colliding sets of params"
     )
 
 

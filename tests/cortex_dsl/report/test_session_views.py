@@ -11,12 +11,12 @@ from rich.console import Console, RenderableType
 from cortex_dsl import Scenario, load
 from cortex_dsl.report.findings.cases_found import cases_found
 from cortex_dsl.report.findings.plotted import Plotted, Shown
-from cortex_dsl.report.findings.readable import KM_H
 from cortex_dsl.report.terminal.plot_view import distribution_view, scatter_view, values_view
+from cortex_dsl.report.terminal.render import rendered
 from cortex_dsl.report.terminal.requirements_view import weighing_view
 from cortex_dsl.report.terminal.sample_view import still_view
 from cortex_dsl.report.terminal.theme import THEME
-from cortex_dsl.report.terminal.worst_view import found_view
+from cortex_dsl.report.views.search import worst_cases_table
 from engine.acceptance import account, measure_acceptance
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
@@ -70,9 +70,10 @@ def _scattered(_scenario: Scenario, width: int, ascii_only: bool) -> RenderableT
     return scatter_view(_shown(Plotted("x", "m", across), up), width, ascii_only=ascii_only)
 
 
-def _worst(scenario: Scenario, _width: int, _ascii_only: bool) -> RenderableType:
+def _worst(scenario: Scenario, width: int, _ascii_only: bool) -> RenderableType:
     campaign = scenario.search("random", generations=1, population=60)
-    return found_view(cases_found(scenario, campaign), "note", KM_H)
+    (table,) = worst_cases_table(scenario.program, campaign, cases_found(scenario, campaign), note="note")
+    return rendered(table, width, depth=1)
 
 
 def shown(view: RenderableType, width: int) -> str:

@@ -2,6 +2,7 @@
 
 import io
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -17,11 +18,14 @@ from cortex_dsl.report.findings.story import end_of
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.measures_view import further_pairs, measures_view
 from cortex_dsl.report.terminal.progress import SearchProgress, progress_line, progress_view
+from cortex_dsl.report.terminal.render import rendered
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
-from cortex_dsl.report.terminal.run_view import run_view
+from cortex_dsl.report.terminal.run_view import run_details
 from cortex_dsl.report.terminal.sample_view import sample_view
-from cortex_dsl.report.terminal.search_view import comparison_view, search_view
+from cortex_dsl.report.terminal.search_view import paper_details, rejections, search_details
 from cortex_dsl.report.terminal.theme import THEME, title_of
+from cortex_dsl.report.views.run import run_screen
+from cortex_dsl.report.views.search import comparison_screen, search_screen
 from cortex_dsl.semantics.names.linking import FixedParam
 from engine.maps import RoadSpec
 from engine.metrics import Metric, Recorded
@@ -59,6 +63,24 @@ def render(view: RenderableType, width: int, *, encoding: str = "utf-8", colour:
     stream.flush()
     assert isinstance(stream.buffer, io.BytesIO)
     return stream.buffer.getvalue().decode(encoding)
+
+
+def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:
+    """The screen of a run, and what --metrics adds."""
+    screen = rendered(run_screen(report), width, ascii_only=ascii_only)
+    return Group(screen, run_details(report, width, ascii_only=ascii_only))
+
+
+def search_view(program: Program, report: SearchReport, settings: str, width: int) -> RenderableType:
+    """The screen of a search, and what --paper and --metrics add."""
+    parts = [rendered(search_screen(program, report, settings), width), paper_details([report], settings, width)]
+    return Group(*parts, *filter(None, [rejections(program, report)]), search_details(program, report, width))
+
+
+def comparison_view(program: Program, reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
+    """The screen of a search by several methods, and what --paper and --metrics add."""
+    parts = [rendered(comparison_screen(program, reports, settings), width), paper_details(reports, settings, width)]
+    return Group(*parts, *(search_details(program, report, width) for report in reports))
 
 
 def assert_fits(text: str, width: int) -> None:
@@ -219,7 +241,7 @@ def test_search(program: Program, report: SearchReport, width: int) -> None:
     words = " ".join(text.split())
     for phrase in (
         "RL mean risk",
-        "The ten worst",
+        "The 10 worst cases",
         "How runs ended",
         "runs/left_turn-0/",
         "10+2+2+2",
@@ -258,7 +280,7 @@ def test_comparison(program: Program, report: SearchReport, width: int) -> None:
         width,
     )
     assert_fits(text, width)
-    assert text.count("The ten worst") == 2
+    assert text.count("The 4 worst cases of ") == 2
 
 
 def test_courses_side_by_side_share_a_scale(program: Program, report: SearchReport) -> None:
@@ -317,7 +339,7 @@ def test_aborted_runs_are_reported_with_what_they_broke(program: Program, report
 
 def test_search_without_a_single_valid_run(program: Program, nothing_valid: SearchReport) -> None:
     """Nothing valid is said, not divided by."""
-    text = render(search_view(program, nothing_valid, "", 80), 80)
+    text = " ".join(render(search_view(program, nothing_valid, "", 80), 80).split())
     assert "0 collisions among 400 individuals" in text
 
 
@@ -399,10 +421,10 @@ def test_whom_the_ego_hit(program: Program, report: SearchReport, width: int) ->
     failed = replace(report, campaign=replace(report.campaign, evaluations=evaluations))
     text = render(search_view(third, failed, "", width), width)
     assert_fits(text, width)
-    table = text.split("The ten worst")[1].split("worst first")[0].splitlines()
-    rows = [line.split() for line in table if line.strip()[:1].isdigit()]
-    assert rows[0][4] == "adversary"
-    assert rows[1][4:6] == ["delivery", "van"]
+    for title, place in (("The 10 worst cases", 1), ("Params of the worst cases", 4)):
+        rows = [line.split() for line in text.split(title)[1].splitlines() if line.strip()[:2].strip().isdigit()]
+        assert rows[0][place] == "adversary"
+        assert rows[1][place : place + 2] == ["delivery", "van"]
     assert "hit or" not in render(search_view(program, report, "", width), width)
 
 

@@ -1,0 +1,206 @@
+"""The terminal's renderer of the report model: blocks become lines of text, no wider than the console."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+from rich.console import Group, RenderableType
+from rich.table import Column as TableColumn
+from rich.table import Table as Columns
+from rich.text import Text
+
+from cortex_dsl.report.blocks import (
+    Bar,
+    Bars,
+    Block,
+    Caution,
+    Code,
+    Column,
+    Curve,
+    Facts,
+    Grid,
+    Note,
+    Panel,
+    Picture,
+    Table,
+    Title,
+    Words,
+    parts_of,
+)
+from cortex_dsl.report.findings.readable import percent, ratio, shortened, whole
+from cortex_dsl.report.terminal.scene_view import compact_legend, draw_close, draw_scene
+from cortex_dsl.report.terminal.theme import MARGIN, bar, columns, heading, indented, left, right, sparkline
+
+LEAST_PANEL, GAP = 24, 2
+"""Columns of a narrow drawing, and between two drawings."""
+LEAST_WRAP = 16
+"""Columns that a wrapping cell of a table needs."""
+BAR = 16
+SHADES = " ·░▒▓█"
+"""Shades of a cell: no run, no failure, then increasing counts of failures."""
+PLAIN_SHADES = " .:+*#"
+
+
+def rendered(view: Block, width: int, *, ascii_only: bool = False, depth: int = 0) -> RenderableType:
+    """Return the lines of a view, `width` columns wide; `ascii_only`: drawn with plain characters; `depth` 1: the view
+    is a part of another, whose title is above it.
+    """
+    return Group(*_block(view, width, depth, ascii_only))
+
+
+def text_of(words: Words, style: str = "") -> Text:
+    """Return the text of a line; `style` is that of its parts without one."""
+    text = Text(style=style)
+    for part in parts_of(words):
+        text.append(part.text, part.style or None)
+    return text
+
+
+def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[RenderableType]:
+    match block:
+        case Title():
+            yield from _title(block, width, depth, ascii_only)
+        case Note(words, style, apart):
+            yield from [Text()] if apart else []
+            yield text_of(words, style)
+        case Caution(words):
+            yield text_of(words, "warn")
+        case Facts(rows):
+            yield columns(left(), left(wrap=True), rows=[(text_of(a), text_of(b)) for a, b in rows])
+        case Table():
+            yield _table(block, width)
+        case Bars(rows, total):
+            yield columns(right(), right(), left(), left(wrap=True), rows=[_bar(each, total) for each in rows])
+        case Grid():
+            yield _grid(block, width, PLAIN_SHADES if ascii_only else SHADES)
+        case Curve():
+            yield _curves(block, width)
+        case Picture(panels, rows):
+            yield from _pictures(panels, rows, width, ascii_only)
+        case Code(text, label, apart):
+            yield from [Text()] if apart else []
+            yield Text.assemble((f"{label}: " if label else "", "quiet"), text, overflow="fold")
+
+
+def _title(block: Title, width: int, depth: int, ascii_only: bool) -> Iterator[RenderableType]:
+    inner = width - MARGIN if depth else width
+    contents = [part for each in block.blocks for part in _block(each, inner, depth + 1, ascii_only)]
+    note = text_of(block.note, "quiet")
+    head = heading(block.text) + Text("  ") + note if note.plain else heading(block.text)
+    yield from [Text()] if depth else []
+    yield head
+    yield from [indented(Group(*contents))] if depth else contents
+
+
+def _table(block: Table, width: int) -> Columns:
+    cells = [[text_of(cell) for cell in row] for row in block.rows]
+    kept = _kept(block, cells, width)
+    head = [_column(block.columns[k]) for k in kept]
+    return columns(*head, rows=[[row[k] for k in kept] for row in cells], header=block.header)
+
+
+def _column(column: Column) -> TableColumn:
+    return right(column.head, column.style) if column.numbers else left(column.head, column.style, wrap=column.wrap)
+
+
+def _kept(block: Table, cells: Sequence[Sequence[Text]], width: int) -> list[int]:
+    """Return the columns that fit, without those of the highest ranks if there are too many."""
+    widths = [_width(column, [row[k] for row in cells]) for k, column in enumerate(block.columns)]
+    kept = list(range(len(widths)))
+    while sum(widths[k] + GAP for k in kept) - GAP > width:
+        dropped = max(kept, key=lambda k: block.columns[k].rank)
+        if not block.columns[dropped].rank:
+            break
+        kept.remove(dropped)
+    return kept
+
+
+def _width(column: Column, cells: Iterable[Text]) -> int:
+    longest = max((cell.cell_len for cell in cells), default=0)
+    return max(min(longest, LEAST_WRAP) if column.wrap else longest, *map(len, column.head.split("\n")))
+
+
+def _bar(each: Bar, total: int) -> tuple[Text, Text, Text, Text]:
+    share = ratio(each.count, total)
+    return (
+        Text(whole(each.count)),
+        Text(percent(share) if share >= 0.0005 or not each.count else "< 0.1 %"),
+        Text(bar(share, 1.0, BAR), each.style or "bar"),
+        Text(each.text, each.style),
+    )
+
+
+def _grid(grid: Grid, width: int, shades: str) -> RenderableType:
+    """One row for each cell of the first descriptor that was reached, one mark for each of the second."""
+    used = [i for i in range(len(grid.first)) if grid.runs[i].any()]
+    most = max(int(grid.failures.max()), 1)
+    label = max((len(grid.first[i]) for i in used), default=0)
+    cell = max(1, min(3, (width - label - 6) // max(1, len(grid.second))))
+    lines = [
+        Text.assemble(
+            (grid.first[i].rjust(label) + " ▏", "quiet"),
+            *(_mark(grid, i, j, most, cell, shades) for j in range(len(grid.second))),
+        )
+        for i in used
+    ]
+    first, last = grid.second[0], grid.second[-1]
+    room = width - label
+    ends = [f"{first} … {last}"] if len(first) + len(last) + 3 <= room else [f"first {first}", f"last {last}"]
+    return Group(*lines, *(Text(f"{'':{label + 2}}{shortened(end, room)}", "quiet") for end in ends))
+
+
+def _mark(grid: Grid, i: int, j: int, most: int, width: int, shades: str) -> tuple[str, str]:
+    """Return a cell and its style."""
+    failures = int(grid.failures[i, j])
+    if not failures:
+        return shades[1 if grid.runs[i, j] else 0] * width, "quiet"
+    shade = min(3, int(4 * math.log1p(failures) / math.log1p(most)))
+    return shades[2 + shade] * width, "bad"
+
+
+def _curves(block: Curve, width: int) -> RenderableType:
+    labels = max(len(line.label.text) for line in block.lines)
+    room = max(10, min(48, width - labels - max(len(line.extent) for line in block.lines) - 2 * GAP))
+    rows = [
+        (
+            text_of(line.label),
+            Text(sparkline(line.values, room, low=0.0), line.label.style),
+            Text(line.extent, "quiet"),
+        )
+        for line in block.lines
+    ]
+    axis = Text("0.0 s" + f"{block.end:.1f} s".rjust(max(0, room - 5)), "quiet")
+    return columns(left(), left(), right(), rows=[*rows, (Text(), axis, Text())])
+
+
+# -- pictures ----------------------------------------------------------------------------------------------------------
+
+
+def _pictures(panels: Sequence[Panel], rows: int, width: int, ascii_only: bool) -> Iterator[RenderableType]:
+    """Yield a single drawing with its legend, or as many drawings as stand side by side."""
+    if len(panels) == 1 and panels[0].drawing is not None and not panels[0].caption:
+        drawing = panels[0].drawing
+        canvas = draw_scene(drawing.road, drawing.trajectory, drawing.moment, width, rows=rows, ascii_only=ascii_only)
+        legend = compact_legend(drawing, canvas, ascii_only=ascii_only)
+        used = len(legend.wrap(None, width)) if legend.plain else 0  # type: ignore[arg-type]
+        if used > 1:
+            canvas = draw_scene(
+                drawing.road, drawing.trajectory, drawing.moment, width, rows=max(6, rows - used), ascii_only=ascii_only
+            )
+        yield from canvas.cropped(ascii_only=ascii_only)
+        yield compact_legend(drawing, canvas, ascii_only=ascii_only)
+        return
+    count = max(1, min(len(panels), (width + GAP) // (LEAST_PANEL + GAP)))
+    room = min((width + GAP) // count - GAP, 2 * LEAST_PANEL)
+    shown = [_panel(panel, room, rows, ascii_only) for panel in panels[:count]]
+    grid = Columns.grid(padding=(0, GAP, 0, 0))
+    for _ in shown:
+        grid.add_column(width=room, no_wrap=False, overflow="fold")
+    grid.add_row(*shown)
+    yield grid
+
+
+def _panel(panel: Panel, width: int, rows: int, ascii_only: bool) -> RenderableType:
+    lines: list[RenderableType] = []
+    if panel.drawing is not None:
+        lines += draw_close(panel.drawing, width, rows, ascii_only=ascii_only).lines(ascii_only=ascii_only)
+    return Group(*lines, *(text_of(line) for line in panel.caption))

@@ -1,0 +1,1 @@
+"""The views: one function each, from findings to blocks (`cortex_dsl.report.blocks`)."""
