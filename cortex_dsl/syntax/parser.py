@@ -4,12 +4,10 @@ import sys
 import threading
 from functools import cache
 from hashlib import sha256
-from operator import itemgetter
 
 from lark import Lark, Token, Tree
 from lark import __version__ as lark_version
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
-from lark.grammar import Rule
 from lark.lexer import LexerState
 from lark.parsers.lalr_interactive_parser import InteractiveParser
 
@@ -18,7 +16,6 @@ from cortex_dsl.installation import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out, synthetic
-from cortex_dsl.syntax.token_search import Lexers
 from cortex_dsl.syntax.words import LATER_BLOCKS
 from engine.user_cache import cached_file
 
@@ -179,26 +176,6 @@ def _parser() -> tuple[Lark, Indenter]:
         propagate_positions=True,
         maybe_placeholders=True,
         postlex=indenter,
-        _plugins={"ContextualLexer": Lexers},
         cache=str(cached_file(f"grammar-{key}.lark", "grammar-*.lark") or "") or False,
     )
-    _pass_on(lark)
     return lark, indenter
-
-
-def _pass_on(lark: Lark) -> None:
-    """Make the levels of expressions return their only child unchanged.
-
-    Lark does so too (`?rule`), but computes its place again at each of the dozen levels between a number and a line,
-    which is half of the time of reading a text.
-    """
-    callbacks = lark.parse_interactive("").parser_state.parse_conf.callbacks
-    for rule in callbacks:
-        if isinstance(rule, Rule) and _is_level(rule):
-            callbacks[rule] = itemgetter(0)
-
-
-def _is_level(rule: Rule) -> bool:
-    """Return whether a rule returns its only child."""
-    alone = len(rule.expansion) == 1 and not rule.expansion[0].name.startswith("_")
-    return alone and rule.options.expand1 and not rule.alias and not any(rule.options.empty_indices)

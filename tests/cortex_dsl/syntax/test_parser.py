@@ -4,8 +4,6 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import asdict
-from operator import itemgetter
 from pathlib import Path
 
 import pytest
@@ -14,7 +12,7 @@ from cortex_dsl.codes import Entry
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.installation import resource
 from cortex_dsl.source import Source, Span
-from cortex_dsl.syntax import errors, parse, parse_tree, parser
+from cortex_dsl.syntax import errors, parse, parse_tree
 from cortex_dsl.syntax.errors import CODES, Code
 from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS
 from cortex_dsl.syntax.nodes import Assign, Module, Number
@@ -216,18 +214,3 @@ def test_tables_are_cached_where_that_is_possible(tmp_path: Path) -> None:
     assert cached.read_bytes() != b"broken"
     (tmp_path / "file").write_text("")
     assert "Assign" in run(code, CORTEXC_CACHE=str(tmp_path / "file" / "below"), XDG_CACHE_HOME=str(tmp_path / "other"))
-
-
-@pytest.mark.parametrize("name", ["left_turn.scn", "roads/on_ramp.scn"])
-def test_what_levels_hand_on_is_what_lark_makes_itself(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`_pass_on` replaces private parts of lark; with these as they were every node and every place is the same."""
-    source = Source(name, resource(f"examples/{name}").read_text(encoding="utf-8"))
-    ours, _ = parser._parser()
-    callbacks = ours.parse_interactive("").parser_state.parse_conf.callbacks
-    assert sum(isinstance(each, itemgetter) for each in callbacks.values()) > 10
-    module = parse(source)
-    monkeypatch.setattr(parser, "_pass_on", lambda lark: None)
-    as_it_is = parser._parser.__wrapped__()
-    monkeypatch.setattr(parser, "_parser", lambda: as_it_is)
-    assert parse(source) == module
-    assert asdict(parse(source)) == asdict(module)  # spans too, which take no part in equality
