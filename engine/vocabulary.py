@@ -296,7 +296,5 @@ class Command(IntEnum):
 
 SAME_WAY = 0.5
 """Cosine of the angle between two headings from which actors count as going the same way, or opposite ways."""
-SAME_WAY = 0.5
-"""Cosine of the angle between two headings from which actors count as going the same way, or opposite ways."""
 FOR_ONE_STEP = 2.0
 """Value of a reverse gear for one step; 1 is a reverse gear that stays engaged."""

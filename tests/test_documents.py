@@ -8,6 +8,7 @@ import pytest
 from cortex_dsl.cli.command_table import FILE, SUBCOMMANDS
 from cortex_dsl.codes import find
 from docs.builder.pages import GENERATED, anchor
+from docs.builder.site import LANGUAGE
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -43,9 +44,7 @@ def test_commands_and_codes_exist(page: Path) -> None:
         assert find(code) is not None, code
 
 
-@pytest.mark.parametrize(
-    "name", ["reference/language.md", "tutorial/first-collision.md", "how-to/coming-from-scenic.md"]
-)
+@pytest.mark.parametrize("name", [*LANGUAGE, "tutorial/first-collision.md", "how-to/coming-from-scenic.md"])
 def test_options_exist(name: str) -> None:
     """Of `cortexc FILE`; what stands with another command is that one's."""
     text = re.sub(r"`cortexc [a-z]+ [^`]*`", "", (DOCS / name).read_text(encoding="utf-8"))
@@ -61,3 +60,9 @@ def test_files_exist(name: str) -> None:
         prose(ROOT / name),
     ):
         assert any((ROOT / base / path).exists() for base in ("", "engine", "cortex_dsl")), path
+
+
+@pytest.mark.parametrize(("name", "lines"), [("ARCHITECTURE.md", 150), ("benchmarks/README.md", 150)])
+def test_pages_are_short(name: str, lines: int) -> None:
+    """A page for readers of one hour has a limit of lines; how a figure or a layout came about is in the log."""
+    assert len((ROOT / name).read_text(encoding="utf-8").splitlines()) <= lines

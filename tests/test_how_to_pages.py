@@ -127,3 +127,14 @@ def test_a_page_can_be_followed(name: str, tmp_path: Path, follow: Follow) -> No
     lines = lines_of(page)
     assert len(lines) >= 3
     follow(lines, tmp_path / "home")
+
+
+def test_the_readme_can_be_followed(tmp_path: Path, follow: Follow) -> None:
+    """Its commands, from top to bottom, in an empty folder but for the examples."""
+    home = tmp_path / "home"
+    home.mkdir()
+    (home / "examples").symlink_to(ROOT / "examples")
+    lines = lines_of(ROOT / "README.md")
+    assert any("--ego" in line for line in lines)
+    follow(lines, home)
+    assert (home / "runs" / "mine" / "report.html").exists()

@@ -1,21 +1,28 @@
 """The README says what is so: its scenario compiles, its Python runs, its options exist."""
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
 from cortex_dsl.cli.command_table import FILE, SUBCOMMANDS
+from cortex_dsl.console.command import Option
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", ROOT / "examples" / "README.md"]
+PAGES = [ROOT / "README.md", ROOT / "examples" / "README.md", ROOT / "docs" / "reference" / "overview.md"]
 
 
 def blocks(kind: str) -> list[str]:
     """Fenced blocks of the README that are marked as `kind`."""
     return re.findall(rf"^```{kind}\n(.*?)^```$", PAGES[0].read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def test_it_is_short() -> None:
+    """The first page has at most 1,200 words."""
+    assert len(PAGES[0].read_text(encoding="utf-8").split()) <= 1200
 
 
 def test_its_scenario_compiles() -> None:
@@ -32,17 +39,28 @@ def test_its_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     assert "map intersection" in capsys.readouterr().out
 
 
+CALL = r"\bcortexc [^`\n|]+"
+OPTION = r"(?<![\w-])--[a-z][a-z-]+"
+
+
+def flags(rows: Iterable[Option]) -> set[str]:
+    return {flag for row in rows for flag in row.flag.split()}
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_its_options_exist(page: Path) -> None:
-    """No option is named that the command, or the benchmark that the sentence is about, does not have."""
+    """A line of a command has its options; others are those of `cortexc FILE`, or of the benchmark that is named."""
     text = page.read_text(encoding="utf-8")
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text))
-    for word in set(re.findall(r"cortexc ([a-z][a-z-]*) -", text)) & set(SUBCOMMANDS):
-        named -= {flag for row in SUBCOMMANDS[word].load().rows for flag in row.flag.split()}
+    lines = re.findall(CALL, text)
+    assert any(re.search(OPTION, line) for line in lines)
+    for line in lines:
+        word = line.split()[1]
+        rows = SUBCOMMANDS[word].load().rows if word in SUBCOMMANDS else FILE.rows
+        assert set(re.findall(OPTION, line)) <= flags(rows), line
+    named = set(re.findall(OPTION, re.sub(CALL, "", text)))
     for benchmark in re.findall(r"python -m benchmarks\.(\w+)", text):
         source = (ROOT / "benchmarks" / f"{benchmark}.py").read_text(encoding="utf-8")
         if "campaigns" in source:  # the options that benchmarks of many runs share
             source += (ROOT / "benchmarks" / "campaigns.py").read_text(encoding="utf-8")
         named -= set(re.findall(r'add_argument\("(--[a-z-]+)"', source))
-    assert named
-    assert named <= {flag for row in FILE.rows for flag in row.flag.split()}
+    assert named <= flags(FILE.rows)

@@ -13,9 +13,11 @@ import pytest
 
 from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.codes import entries
-from docs.builder import program
+from docs.builder import gallery, program
 from docs.builder.pages import GENERATED, OF_THE_ROOT, ROOT, anchor, laid_out, sources
 from docs.builder.site import build, navigation, stage
+
+EXAMPLES = sorted((ROOT / "examples").rglob("*.scn"))
 
 
 def listed(entry: Any) -> list[str]:
@@ -47,6 +49,26 @@ def test_every_code_and_command_has_its_page() -> None:
     for name in SUBCOMMANDS:
         assert f"## cortexc {name}\n" in commands
         assert program.said(name, "--help").rstrip() in commands
+
+
+def test_the_gallery_shows_every_example() -> None:
+    """Each scenario of the examples that needs no map from elsewhere has its place, and the page has it as a card."""
+    examples = {path.relative_to(ROOT / "examples").with_suffix("").as_posix(): path for path in EXAMPLES}
+    shown = [example for section in gallery.SECTIONS.values() for example in section]
+    assert len(shown) == len(set(shown))
+    assert set(examples) - set(shown) == {"roads/left_turn_in_town"}
+    assert {*gallery.DRIVERS, gallery.HERO} <= set(shown)
+    films = [
+        gallery.Film(example, section, f"A road: <{example}>", 1234, 56, "", "")
+        for section, held in gallery.SECTIONS.items()
+        for example in held
+    ]
+    page = gallery.page(films)
+    assert re.findall(r"^## (.*)$", page, re.MULTILINE) == [*gallery.SECTIONS]
+    assert re.findall(r'href="(.*?)\.html"', page) == shown
+    assert "A road · left_turn" in page
+    assert "&lt;left_turn&gt;" in page
+    assert "1,234 different collisions found, 56 of them avoidable" in page
 
 
 def test_a_page_is_laid_out_for_the_site() -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from cortex_dsl.cli.file_options import DESCRIPTION, EXAMPLES, OPTIONS, to_request
+from cortex_dsl.cli.file_options import DESCRIPTION, EXAMPLES, OPTIONS, WHERE_TO_READ, to_request
 from cortex_dsl.console.command import Command, TwoColumns, run_command
 from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.console.terminal import Terminal, UsageError
@@ -85,16 +85,18 @@ class Subcommand:
     summary: str
     arguments: str = ""
     """Arguments in that line."""
+    first_page: bool = True
+    """Whether `cortexc --help` has the line; if not, only `cortexc --help-all` has it."""
 
 
 SUBCOMMANDS: dict[str, Subcommand] = {}
 
 
-def _subcommand(name: str, summary: str, arguments: str = "") -> Callable[[Loader], Loader]:
+def _subcommand(name: str, summary: str, arguments: str = "", *, first_page: bool = True) -> Callable[[Loader], Loader]:
     """Add a row to the table."""
 
     def add(load: Loader) -> Loader:
-        SUBCOMMANDS[name] = Subcommand(load, summary, arguments)
+        SUBCOMMANDS[name] = Subcommand(load, summary, arguments, first_page)
         return load
 
     return add
@@ -191,28 +193,28 @@ def _measure() -> Command:
     return MEASURE
 
 
-@_subcommand("import", "read an OpenSCENARIO case and compute its risk", "FILE.xosc")
+@_subcommand("import", "read an OpenSCENARIO case and compute its risk", "FILE.xosc", first_page=False)
 def _import() -> Command:
     from cortex_dsl.cli.measure import IMPORT
 
     return IMPORT
 
 
-@_subcommand("paper-check", "recompute the figures of the CORTEX-AVD paper")
+@_subcommand("paper-check", "recompute the figures of the CORTEX-AVD paper", first_page=False)
 def _paper_check() -> Command:
     from cortex_dsl.cli.study import PAPER_CHECK
 
     return PAPER_CHECK
 
 
-@_subcommand("fmt", "put files into the standard layout (--check, --diff)", "FILES")
+@_subcommand("fmt", "put files into the standard layout (--check, --diff)", "FILES", first_page=False)
 def _fmt() -> Command:
     from cortex_dsl.cli.fmt import FMT
 
     return FMT
 
 
-@_subcommand("lsp", "the language server, which editors start")
+@_subcommand("lsp", "the language server, which editors start", first_page=False)
 def _lsp() -> Command:
     from cortex_dsl.cli.lsp import LSP
 
@@ -222,10 +224,11 @@ def _lsp() -> Command:
 # -- `cortexc FILE` ----------------------------------------------------------------------------------------------------
 
 
-def _listing() -> str:
-    """Return one line per subcommand."""
-    calls = {name: f"{name} {command.arguments}".rstrip() for name, command in SUBCOMMANDS.items()}
-    return "".join(f"\n  cortexc {calls[name]:<16} {SUBCOMMANDS[name].summary}" for name in calls)
+def _description(*, all_rows: bool) -> str:
+    """Return the first lines of the help, with one line per subcommand."""
+    shown = {name: row for name, row in SUBCOMMANDS.items() if all_rows or row.first_page}
+    calls = {name: f"{name} {row.arguments}".rstrip() for name, row in shown.items()}
+    return DESCRIPTION + "".join(f"\n  cortexc {calls[name]:<16} {row.summary}" for name, row in shown.items())
 
 
 def _perform(options: Namespace, terminal: Terminal) -> int:
@@ -235,11 +238,12 @@ def _perform(options: Namespace, terminal: Terminal) -> int:
 FILE = Command(
     name="",
     usage="FILE [--ga] [--random] [--method NAME] [options]\nFILE [--sample N | --check | --emit STAGE] [options]",
-    description=DESCRIPTION + _listing(),
+    description=_description(all_rows=True),
     options=OPTIONS,
     function=_perform,
-    epilog=EXAMPLES,
+    epilog=EXAMPLES + WHERE_TO_READ,
     layout=TwoColumns,
+    first_page=(_description(all_rows=False), WHERE_TO_READ),
 )
 
 

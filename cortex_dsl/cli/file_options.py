@@ -8,8 +8,10 @@ from pathlib import Path
 from cortex_dsl.console.command import (
     AGGREGATE,
     DRIVER,
+    EGO,
     GENERATIONS,
     HELP,
+    HELP_ALL,
     JOBS,
     JSON,
     METRICS,
@@ -41,10 +43,12 @@ from cortex_dsl.console.request import (
 from cortex_dsl.console.terminal import UsageError
 
 DESCRIPTION = """\
-cortexc finds the corner cases of a driving scenario that is written as text.
+cortexc finds failures of a driver in traffic scenarios written as text.
 
   cortexc FILE             draw one scene, run it, show what happened
-  cortexc FILE --ga        search for collisions with a genetic algorithm"""
+  cortexc FILE --ga        search for failures of the driver in FILE
+  cortexc FILE --ga --ego python:MODULE:FUNCTION    of a driver of your own
+"""
 
 EXAMPLES = """\
 examples:
@@ -64,9 +68,12 @@ exit codes:
   70   a bug in cortexc: please report it
   130  interrupted with Ctrl-C
 
+"""
+
+WHERE_TO_READ = """\
 New here? docs/tutorial/first-collision.md goes from an empty file to the first
-collision. All of the language is in docs/reference/language.md, Python in
-docs/reference/python.md; the reports are explained in README.md."""
+collision, docs/how-to/test-your-own-driver.md to those of your own driver. The
+language is in docs/reference/language.md, Python in docs/reference/python.md."""
 
 BUDGET_LIMIT = 100_000_000
 """Maximum number of simulations of a search."""
@@ -135,6 +142,7 @@ TASK = (
         choices=("tree", "ast", "ir", "program"),
         name="stage",
         choice="emit",
+        first_page=False,
     ),
 )
 COMPILING = (
@@ -146,8 +154,9 @@ COMPILING = (
         param_names,
         nargs="?",
         const=(),
+        first_page=False,
     ),
-    SCENARIO,
+    replace(SCENARIO, first_page=False),
 )
 RUNNING = (
     SEED,
@@ -157,39 +166,50 @@ RUNNING = (
         "NAME",
         choices=("batch", "world"),
         excludes=(SAMPLING,),
+        first_page=False,
     ),
-    *DRIVER,
-    replace(PROFILE, help="thresholds of the risk score: paper, paper-mm or literature", excludes=(SAMPLING,)),
-    Option("--time-step", "step of the simulation in seconds (0.05)", "S", seconds(0.001, 0.5)),
-    Option("--max-attempts", "attempts to draw one scene (2000)", "N", whole_number(1, 10**8)),
-    Option("--prune", "skip attempts that must fail; the distribution of scenes stays the same"),
+    *(replace(row, first_page=row is EGO) for row in DRIVER),
+    replace(
+        PROFILE,
+        help="thresholds of the risk score: paper, paper-mm or literature",
+        excludes=(SAMPLING,),
+        first_page=False,
+    ),
+    Option("--time-step", "step of the simulation in seconds (0.05)", "S", seconds(0.001, 0.5), first_page=False),
+    Option("--max-attempts", "attempts to draw one scene (2000)", "N", whole_number(1, 10**8), first_page=False),
+    Option("--prune", "skip attempts that must fail; the distribution of scenes stays the same", first_page=False),
     Option(
         "--target",
         "with --sample: say which requirement to relax, so that the share P of all attempts is accepted",
         "P",
         share,
         excludes=(SEARCHING,),
+        first_page=False,
     ),
     replace(
         JOBS,
         help="workers: threads, processes for searches with --engine world; results never depend on it",
         excludes=(SINGLE_RUN,),
+        first_page=False,
     ),
 )
 SEARCH = (
     GENERATIONS,
     replace(POPULATION, help="individuals in a generation, each with one value for every param"),
     replace(
-        PRESET, help="how parents are chosen: cortex, by tournament, or cortex-literal, uniformly", needs=(GENETIC,)
+        PRESET,
+        help="how parents are chosen: cortex, by tournament, or cortex-literal, uniformly",
+        needs=(GENETIC,),
+        first_page=False,
     ),
     replace(
         OBJECTIVE,
         help="goal of the search: risk, avoidable, conflict, severity, injury, controller, or an objective of the "
         "file; may be repeated",
     ),
-    ROLLOUTS,
-    AGGREGATE,
-    Option("--dask", "run on a Dask cluster; `local` starts one with --jobs processes", "ADDRESS"),
+    replace(ROLLOUTS, first_page=False),
+    replace(AGGREGATE, first_page=False),
+    Option("--dask", "run on a Dask cluster; `local` starts one with --jobs processes", "ADDRESS", first_page=False),
     Option("--out", "new folder for the results (one under runs/)", "DIR", Path),
 )
 OUTPUT = (
@@ -202,9 +222,11 @@ OUTPUT = (
         "NAME",
         choices=("text", "json", "github"),
         name="diagnostics_format",
+        first_page=False,
     ),
-    replace(NO_COLOUR, help="plain text; NO_COLOR does the same"),
+    replace(NO_COLOUR, help="plain text; NO_COLOR does the same", first_page=False),
     HELP,
+    HELP_ALL,
     Option("--version", "the version", answer=_version),
 )
 
@@ -220,6 +242,7 @@ FILE = Option(
     "FILE",
     Path,
     nargs="?",
+    first_page=False,
     missing=("no file given", "try `cortexc examples/left_turn.scn`; `cortexc --help` shows more"),
 )
 SCENES = "scenes and simulation"

@@ -35,7 +35,8 @@ class Parser(argparse.ArgumentParser):
     """An argparse parser that suggests the nearest option in messages, and raises instead of ending the process."""
 
     def error(self, message: str) -> NoReturn:
-        raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
+        page = "--help-all" if HELP_ALL.flag in self._option_string_actions else "--help"
+        raise UsageError(_tidy(message, self), f"`{self.prog} {page}` lists every option")
 
     def format_help(self) -> str:
         text = harmless(super().format_help())
@@ -136,6 +137,8 @@ class Option:
     """Message and cure if an argument that the command needs is not given."""
     group: str = ""
     """Heading in the help."""
+    first_page: bool = True
+    """Whether `--help` shows the row; if not, only `--help-all` does."""
     choice: str = ""
     """Task that the option chooses; options that choose different tasks exclude each other."""
     needs: tuple[str | Condition, ...] = ()
@@ -302,6 +305,8 @@ class Command:
     """Whether the command can answer with one document."""
     layout: type[argparse.HelpFormatter] = argparse.RawDescriptionHelpFormatter
     """Layout of the help; `argparse.HelpFormatter` wraps the texts to the width of the terminal."""
+    first_page: tuple[str, str] | None = None
+    """Description and epilog of `--help` where `--help-all` has more; None: there is one help."""
 
     @property
     def rows(self) -> list[Option]:
@@ -323,6 +328,14 @@ class Command:
         )
         return add_rows(parser, self.rows)
 
+    def help_page(self, *, all_rows: bool) -> str:
+        """Return the text of `--help-all`, or of `--help` without `all_rows`."""
+        if all_rows or self.first_page is None:
+            return self.parser().format_help()
+        description, epilog = self.first_page
+        options = [row for row in self.options if row.first_page]
+        return replace(self, description=description, epilog=epilog, options=options).parser().format_help()
+
 
 def run_command(command: Command, words: Sequence[str], terminal: Terminal) -> int:
     """Run a command with these words and return its exit code.
@@ -330,10 +343,11 @@ def run_command(command: Command, words: Sequence[str], terminal: Terminal) -> i
     Raises:
         UsageError: the words are not as the command needs them.
     """
-    parser, rows = command.parser(), command.rows
-    options = parser.parse_args(words)
-    if options.help:
-        terminal.write(parser.format_help(), coloured=True)
+    rows = command.rows
+    options = command.parser().parse_args(words)
+    all_rows = bool(getattr(options, HELP_ALL.dest, False))
+    if options.help or all_rows:
+        terminal.write(command.help_page(all_rows=all_rows), coloured=True)
         return Exit.FINE
     for row in rows:
         if row.answer and getattr(options, row.dest) is not None and (text := row.answer(options)):
@@ -372,6 +386,7 @@ def _with_param(earlier: dict[str, str] | None, pair: tuple[str, str]) -> dict[s
 
 
 HELP = Option("-h --help", "this page", name="help")
+HELP_ALL = Option("--help-all", "every command, every option, and the exit codes")
 JSON = Option("--json", "one JSON document on stdout, and nothing else there", default=False)
 METRICS = Option("--metrics", "show every measure, the params, and how runs ended", default=False, excludes=("json",))
 PAPER = Option(

@@ -1,21 +1,44 @@
-"""The gallery: a search on each example, one of its ten worst cases as a replay, and a picture of it.
+"""The gallery: a search of each example for failures of the ego's driver, and one of its ten worst cases as a replay.
 
-Of the ten the case is shown that begins farthest from the intersection: there is most to see.
+The case shown is the one of the ten whose run is the longest.
 """
 
 import ast
 import contextlib
+import csv
 import html
 import io
 import json
 import tempfile
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from cortex_dsl.cli import main
 from docs.builder.pages import ROOT
 
-SEARCH = ("--ga", "--seed", "1")
+SEARCH = ("--ga", "--objective", "avoidable", "--seed", "1")
+SECTIONS: dict[str, tuple[str, ...]] = {
+    "A driver of your own": ("own_driver/crossing",),
+    "Streets, people and roundabouts": ("roads/walkers", "roads/roundabout_entry", "roads/village"),
+    "Country roads, motorways and platoons": (
+        "roads/overtaking",
+        "roads/motorway_cut_in",
+        "roads/on_ramp",
+        "roads/platoon",
+    ),
+    "Intersections": (
+        "left_turn",
+        "left_against_crossing",
+        "crossing_left_turn",
+        "right_and_oncoming_left",
+        "right_into_crossing",
+        "three_way_left",
+    ),
+}
+"""Examples by the heading under which the page shows them."""
+DRIVERS = {"own_driver/crossing": ("--ego", "python:planner:drive")}
+"""Words that name the driver of an example without one."""
 HERO = "left_turn"
 """The example whose replay runs on the landing page."""
 LOOP = ROOT / "docs" / "assets" / "loop.html"
@@ -27,31 +50,37 @@ hide: [navigation, toc, path]
 
 # Gallery
 
-Six situations of the paper, each searched by `cortexc examples/NAME.scn --ga --seed 1`: 3,000 simulations in a second
-or two. A picture leads to the replay of one of the ten worst cases. Play it, step through it, read what happened and
-what the risk is made of. Such a page is one file that needs no network; `cortexc replay RUN --to case.html` writes it.
+Each example is searched for failures of the ego's driver: `cortexc FILE --ga --objective avoidable --seed 1` runs 3,000
+simulations and prefers collisions that a competent driver avoids. A picture leads to the replay of one of the ten worst
+cases: play it, step through it, read what happened and what the risk is made of. Such a page is one file that needs no
+network; `cortexc replay RUN --to case.html` writes it.
+"""
+SECTION = """
+## {title}
 
 <div class="gallery">
 {cards}
 </div>
 """
 CARD = """\
-<a class="film" href="{name}.html"><img src="{name}.svg" alt="The road and the two cars where they meet" loading="lazy">
-<span class="film-title">{letter} · {name}</span>
-<span class="film-text">{what}</span>
-<span class="film-facts">risk {risk} of 22 · {collisions:,} different collisions found</span></a>"""
+<a class="film" href="{name}.html"><img src="{name}.svg" alt="The road and the actors where they meet" loading="lazy">
+<span class="film-title">{kind}{name}</span>
+<span class="film-text">{text}</span>
+<span class="film-facts">{collisions:,} different collisions found, {avoidable:,} of them avoidable</span></a>"""
 
 
 @dataclass(frozen=True)
 class Film:
-    """One example's case."""
+    """The case of one example."""
 
     name: str
+    section: str
     title: str
     """The docstring of the file."""
-    risk: int
     collisions: int
-    """Colliding genomes that the search has found; no two are alike."""
+    """Number of colliding runs of the search; no two are alike."""
+    avoidable: int
+    """Number of these that a competent driver avoids."""
     page: str
     """The replay, one self-contained HTML page."""
     picture: str
@@ -63,29 +92,47 @@ class Film:
         return self.page.replace("</body>", LOOP.read_text(encoding="utf-8") + "</body>")
 
 
-def films() -> list[Film]:
-    """One of each example, in the order of their letters."""
-    return sorted((_film(path) for path in (ROOT / "examples").glob("*.scn")), key=lambda film: film.title)
+def films() -> Iterator[Film]:
+    """Yield one film per example, in the order of the page."""
+    for section, examples in SECTIONS.items():
+        for example in examples:
+            yield _film(section, ROOT / "examples" / f"{example}.scn", DRIVERS.get(example, ()))
 
 
-def _film(path: Path) -> Film:
-    with tempfile.TemporaryDirectory() as scratch, contextlib.redirect_stdout(io.StringIO()):
+def _film(section: str, path: Path, driver: Sequence[str]) -> Film:
+    """Search an example from its own folder, where its maps and drivers are, and return its film."""
+    with (
+        tempfile.TemporaryDirectory() as scratch,
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.chdir(path.parent),
+    ):
         run, replay, picture = (Path(scratch) / name for name in ("run", "replay.html", "picture.svg"))
-        main([str(path), *SEARCH, "--out", str(run), "--json"])
+        main([path.name, *SEARCH, *driver, "--out", str(run), "--json"])
         summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
-        case = max(summary["worst"], key=lambda each: each["genome"]["EGO_INIT_DIST"] + each["genome"]["ADV_INIT_DIST"])
+        with (run / "evaluations.csv").open(encoding="utf-8", newline="") as table:
+            ends = {row["key"]: float(row["end_time"] or 0) for row in csv.DictReader(table)}
+        case = max(summary["worst"], key=lambda each: ends[each["key"]])
         for target in (replay, picture):
             main(["replay", str(run), "--case", str(case["rank"]), "--to", str(target)])
         page, drawing = (target.read_text(encoding="utf-8") for target in (replay, picture))
     title = ast.literal_eval(path.read_text(encoding="utf-8").partition("\n\n")[0].strip())
-    return Film(path.stem, title, case["score"], summary["distinct_collisions"], page, drawing)
+    failures = summary["failures"]
+    return Film(path.stem, section, title, failures["collisions"], failures["avoidable"], page, drawing)
 
 
-def page(found: list[Film]) -> str:
-    """The gallery: a card for each film."""
-    cards = []
+def page(found: Sequence[Film]) -> str:
+    """Return the page: a card for each film, under the heading of its section."""
+    cards: dict[str, list[str]] = {}
     for film in found:
-        letter, _, what = film.title.partition(": ")
+        kind, colon, what = film.title.rpartition(": ")
         text = html.escape(what[:1].upper() + what[1:])
-        cards.append(CARD.format(name=film.name, letter=letter, what=text, risk=film.risk, collisions=film.collisions))
-    return PAGE.format(cards="\n".join(cards))
+        cards.setdefault(film.section, []).append(
+            CARD.format(
+                name=film.name,
+                kind=html.escape(kind + " · ") if colon else "",
+                text=text,
+                collisions=film.collisions,
+                avoidable=film.avoidable,
+            )
+        )
+    return PAGE + "".join(SECTION.format(title=title, cards="\n".join(each)) for title, each in cards.items())

@@ -19,7 +19,7 @@ Pages = dict[str, str]
 COMMANDS = """\
 # Commands
 
-What `cortexc --help`, and `cortexc NAME --help`, print.
+The output of `cortexc --help-all` and of `cortexc NAME --help`.
 """
 DIAGNOSTICS = """\
 # Diagnostics
@@ -50,7 +50,7 @@ def said(*words: str) -> str:
 
 def commands() -> str:
     """One page with every command and its help."""
-    parts = [COMMANDS, _command("FILE", "", said("--help"))]
+    parts = [COMMANDS, _command("FILE", "", said("--help-all"))]
     parts += [_command(name, command.summary, said(name, "--help")) for name, command in SUBCOMMANDS.items()]
     return "\n".join(parts)
 

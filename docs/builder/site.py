@@ -11,8 +11,26 @@ from docs.builder import gallery, program
 from docs.builder.pages import ROOT, laid_out, sources
 
 CONFIG = ROOT / "docs" / "zensical.toml"
-REFERENCE = (
+LANGUAGE = (
     "reference/language.md",
+    "reference/language/files-and-values.md",
+    "reference/language/operators.md",
+    "reference/language/roads.md",
+    "reference/language/road-attributes.md",
+    "reference/language/params.md",
+    "reference/language/objects.md",
+    "reference/language/sight.md",
+    "reference/language/behaviors.md",
+    "reference/language/library.md",
+    "reference/language/requirements.md",
+    "reference/language/objectives.md",
+    "reference/language/traffic-lights.md",
+    "reference/language/composition.md",
+    "reference/language/runs.md",
+)
+"""Pages on the language, in the order of reading; the first one lists the others."""
+REFERENCE = (
+    "reference/overview.md",
     "reference/commands.md",
     "reference/python.md",
     "reference/metrics.md",
@@ -50,7 +68,7 @@ def stage(folder: Path, *, with_gallery: bool = True) -> None:
     for place, text in program.diagnostics().items():
         _write(target / place, text)
     shutil.copytree(ROOT / "docs" / "assets", target / "assets")
-    films = gallery.films() if with_gallery else []
+    films = [*gallery.films()] if with_gallery else []
     _write(target / "gallery/index.md", gallery.page(films))
     for film in films:
         _write(target / f"gallery/{film.name}.html", film.page)
@@ -70,7 +88,13 @@ def navigation() -> list[dict[str, Any]]:
         {"Tutorial": _section("tutorial", "tutorial/first-collision.md")},
         {"Gallery": ["gallery/index.md"]},
         {"How to": _section("how-to", "how-to/search.md")},
-        {"Reference": [*REFERENCE, {"Diagnostics": ["reference/diagnostics/index.md", *codes]}]},
+        {
+            "Reference": [
+                {"Language": [*LANGUAGE]},
+                *REFERENCE,
+                {"Diagnostics": ["reference/diagnostics/index.md", *codes]},
+            ]
+        },
         {"Explanation": _section("explanation", "explanation/risk.md", "explanation/search-against-chance.md")},
     ]
 

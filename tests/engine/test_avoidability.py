@@ -242,7 +242,7 @@ def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.
     run = memory(program, samples_of(config) + 1 + math.ceil(kernels.LONGEST / config.time_step))
     path, outlines = np.zeros((len(run.states), PATH_COLUMNS)), np.zeros((len(program.actors), 3))
     case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
-    found = kernels.resimulate_with_reference(shared, run, case, outlines, path, R157)
+    found = kernels.resimulate_with_reference(shared, kernels.DriveMemory(run, outlines, path), case, R157)
     until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
     again = kernels.Replayed(case, found.contact, until, outlines, path[: until + 1])
     return found, lambda k: kernels._drive(shared, run, again, k, R157).touched

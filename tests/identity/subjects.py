@@ -141,6 +141,7 @@ def files(paths: Sequence[str]) -> Subjects:
 def helps(_: Path) -> Subjects:
     """`--help` of every command, and the lists that commands print."""
     yield "help", command("--help")
+    yield "help-all", command("--help-all")
     for name in SUBCOMMANDS:
         yield f"help {name}", command(name, "--help")
     yield "methods", command("--method", "list")

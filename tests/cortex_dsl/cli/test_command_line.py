@@ -18,20 +18,51 @@ def request_of(*arguments: str) -> Request:
     return to_request(settle(OPTIONS, FILE.parser().parse_args(arguments)))
 
 
-def test_help_is_complete(capsys: pytest.CaptureFixture[str]) -> None:
-    """`--help` answers on stdout and names every option with a sentence of its own."""
-    assert main(["--help"]) == 0
+def page(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    """Return what a command line prints, without colours."""
+    assert main(words) == 0
     text = capsys.readouterr().out
+    assert "\x1b" not in text
+    return text
+
+
+def words(text: str) -> list[str]:
+    return re.findall(r"[\w-]+", text)
+
+
+def test_help_is_complete(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--help-all` answers on stdout and names every option and command with a sentence of its own."""
+    text = page(capsys, "--help-all")
     for row in FILE.rows:
         assert row.help
         assert all(name in text for name in row.flag.split() if name not in ("file", "--no-color"))
+    for name, command in SUBCOMMANDS.items():
+        assert re.search(rf"^  cortexc {name}\b.* {re.escape(command.summary)}$", text, re.MULTILINE)
     assert "exit codes" in text
-    assert "\x1b" not in text
+
+
+def test_the_first_page_fits_a_screen(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """`--help` has at most 60 lines: the rows marked for it and no others, in the words of `--help-all`."""
+    monkeypatch.setenv("COLUMNS", "80")
+    first, everything = page(capsys, "--help"), page(capsys, "--help-all")
+    assert len(first.splitlines()) <= 60
+    assert set(words(first)) <= set(words(everything))
+    assert "--help-all" in words(first)
+    named = set(re.findall(r"^  (?:-\w, )?(--\S+)", first, re.MULTILINE))
+    assert named == {row.flag.split()[-1] for row in OPTIONS if row.first_page}
+    listed = set(re.findall(r"^  cortexc ([a-z-]+)", first, re.MULTILINE))
+    assert listed == {name for name, row in SUBCOMMANDS.items() if row.first_page}
 
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], *([name, "--help"] for name in SUBCOMMANDS), ["--method", "list"], ["export", "--to", "list"]],
+    [
+        ["--help"],
+        ["--help-all"],
+        *([name, "--help"] for name in SUBCOMMANDS),
+        ["--method", "list"],
+        ["export", "--to", "list"],
+    ],
     ids=" ".join,
 )
 def test_help_fits_a_narrow_terminal(
@@ -92,7 +123,7 @@ def test_every_option_arrives_in_one_part_of_the_request() -> None:
     """A row is named as one field of one part; those that choose a method or an answer make a field together."""
     names = [field.name for part in (CompileRequest, RunRequest, SearchRequest, Request) for field in fields(part)]
     for row in OPTIONS:
-        together = row.choice or row.answer or row.dest in ("help", "no_colour")
+        together = row.choice or row.answer or row.dest in ("help", "help_all", "no_colour")
         assert together or names.count(row.dest) == 1, row.flag
 
 

@@ -305,7 +305,7 @@ def test_every_option_has_help(cortexc: Cortexc, command: str) -> None:
     for option in ("--ego", "--step", "--profile", "--to", "--osc", "--out", "--force", "--json"):
         assert option in page
     assert ("omega-prime" in page) == (command == "measure")
-    assert command in cortexc("--help").out
+    assert f"cortexc {command} " in cortexc("--help-all").out
 
 
 def test_control_characters_of_a_stranger_do_not_reach_the_terminal(cortexc: Cortexc, tmp_path: Path) -> None:

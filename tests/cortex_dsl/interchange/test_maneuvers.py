@@ -20,11 +20,11 @@ from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, ManeuverPlan, Measure
 from engine.interchange.openscenario.read.parameters import substituted
 from engine.interchange.openscenario.versions import VERSIONS
-from engine.interchange.xml import read_xml
 from engine.opendrive.read import read_opendrive
 from engine.scenes import Scenes, actor_columns
 from engine.search.ranking import worst_cases
 from engine.vocabulary import Column, State
+from engine.xml import read_xml
 from tests.schemas import findings
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.scn"))

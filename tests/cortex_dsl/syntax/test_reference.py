@@ -1,4 +1,4 @@
-"""The reference says what is so: every block on the page is read, and every wrong one has the error it names."""
+"""The reference says what is so: every block on its pages is read, and every wrong one has the error it names."""
 
 import re
 from itertools import chain
@@ -22,26 +22,35 @@ from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.errors import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
 from cortex_dsl.syntax.literals import UNITS
 from cortex_dsl.syntax.words import KEYWORDS, RESERVED, Keyword
+from docs.builder.site import LANGUAGE
 from engine.config import SimulationConfig
 from engine.host import MAX_SAMPLES
 from engine.road.specification import MAX_INTERSECTIONS
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Verdict
 
-REFERENCE = (Path(__file__).parents[3] / "docs" / "reference" / "language.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[3] / "docs"
+PAGES = {name: (DOCS / name).read_text(encoding="utf-8") for name in LANGUAGE}
+REFERENCE = "\n".join(PAGES.values())
 BLOCK = re.compile(r"^```(?P<kind>\S+) ?(?P<code>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 BLOCKS = [
-    (REFERENCE.count("\n", 0, match.start()) + 1, match["kind"], match["code"], match["text"])
-    for match in re.finditer(
-        r"^```(?P<kind>\S+) ?(?P<code>\w*)\n(?P<text>.*?)^```$", REFERENCE, re.MULTILINE | re.DOTALL
-    )
+    (f"{Path(name).name}:{page.count(chr(10), 0, match.start()) + 1}", match["kind"], match["code"], match["text"])
+    for name, page in PAGES.items()
+    for match in BLOCK.finditer(page)
 ]
 
 
-@pytest.mark.parametrize(("line", "kind", "code", "text"), BLOCKS)
-def test_block(line: int, kind: str, code: str, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pages_can_be_read() -> None:
+    """Each page has at most 250 lines and a line in the list of pages."""
+    listed = re.findall(r"^\| \[.*?\]\((language/.*?)\)", PAGES[LANGUAGE[0]], re.MULTILINE)
+    assert [f"reference/{name}" for name in listed] == [*LANGUAGE[1:]]
+    assert {name: lines for name, page in PAGES.items() if (lines := page.count("\n")) > 250} == {}
+
+
+@pytest.mark.parametrize(("place", "kind", "code", "text"), BLOCKS)
+def test_block(place: str, kind: str, code: str, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A block is a piece of a program, a whole one, or has exactly the error that it is marked with."""
-    source = Source(f"language.md:{line}", text)
+    source = Source(place, text)
     if code == "whole":
         assert not compile_source(source).diagnostics
         return
@@ -56,7 +65,7 @@ def test_block(line: int, kind: str, code: str, text: str, monkeypatch: pytest.M
 
 
 def test_tables_and_lists_are_complete() -> None:
-    """Units, reserved words and limits on the page are those of the program."""
+    """Units, reserved words and limits on the pages are those of the program."""
     for dimension, words in UNITS.items():
         assert f"| {dimension} | " + " ".join(f"`{word}`" for word in words) + " |" in REFERENCE
     listed = re.search(r"never names: `(.*?)`", REFERENCE, re.DOTALL)
@@ -80,7 +89,7 @@ def test_every_keyword_is_used(keyword: Keyword) -> None:
 @pytest.mark.parametrize("kind", [Verdict, EndReason])
 def test_how_a_run_can_end(kind: type[Verdict] | type[EndReason]) -> None:
     """Each verdict and each end has a row, and no other has; that of a contact of two others is only reserved."""
-    heading = {Verdict: "### The verdict", EndReason: "### The end"}[kind]
+    heading = {Verdict: "# The verdict\n", EndReason: "# The end\n"}[kind]
     section = REFERENCE.partition(heading)[2].partition("\n#")[0]
     assert re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE) == [
         member.name.lower() for member in kind if member is not EndReason.OTHER_COLLISION
@@ -89,13 +98,13 @@ def test_how_a_run_can_end(kind: type[Verdict] | type[EndReason]) -> None:
 
 def test_every_class_is_named() -> None:
     """Those of roads, those of Scenic's props, and places."""
-    section = REFERENCE.partition("## Objects")[2].partition("### Specifiers")[0]
+    section = PAGES["reference/language/objects.md"].partition("## Specifiers")[0]
     assert set(CLASSES) <= set(re.findall(r"`(\w+)`", section))
 
 
 @pytest.mark.parametrize("kind", list(Kind))
 def test_every_built_in_name_is_explained(kind: Kind) -> None:
-    """Whoever reads the page has seen all there is."""
+    """The pages name all there is."""
     assert not [name for name in names_of(kind) if not re.search(rf"`{name}\b", REFERENCE)]
 
 

@@ -21,6 +21,7 @@ from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind, Paramet
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, PROPERTIES, Domain, Property
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
 from cortex_dsl.syntax import words
+from docs.builder.site import LANGUAGE
 from engine.config import SimulationConfig
 from engine.judged import NAMED_RESULTS
 from engine.maps import LoneRoad, RoadSpec, Roundabout
@@ -28,7 +29,7 @@ from engine.road.lone_road import FLATTEST, LONGEST, MOST_BENT, SHORTEST
 from engine.road.roundabout import ARMS, CORNERS, RADII
 from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES, SPEED_LIMITS
 
-PAGE = Path(__file__).parents[3] / "docs" / "reference" / "language.md"
+PAGES = [Path(__file__).parents[3] / "docs" / name for name in LANGUAGE]
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)
 INFINITY = float("inf")
 Rows = Iterable[tuple[str, ...]]
@@ -51,9 +52,16 @@ def limits(low: float, high: float, unit: str = "", *, above: bool = False) -> s
     return f"{'above ' if above else ''}{first} to {high:,.7g} {unit}".rstrip()
 
 
+def holding(name: str) -> Path:
+    """Return the page with the table of that name."""
+    (page,) = (page for page in PAGES if f"<!-- table: {name} -->" in page.read_text(encoding="utf-8"))
+    return page
+
+
 def kept(name: str) -> dict[str, str]:
     """The last cells of a table on the page, by the first."""
-    match = next(match for match in TABLE.finditer(PAGE.read_text(encoding="utf-8")) if match["name"] == name)
+    text = holding(name).read_text(encoding="utf-8")
+    match = next(match for match in TABLE.finditer(text) if match["name"] == name)
     rows = [[cell.strip() for cell in re.split(r"(?<!\\)\|", row)[1:-1]] for row in match["rows"].splitlines()]
     return {row[0]: row[-1] for row in rows}
 
@@ -285,9 +293,10 @@ def anew(match: re.Match[str], name: str) -> str:
 @pytest.mark.parametrize("name", TABLES)
 def test_table(name: str) -> None:
     """Nothing is missing, nothing is stale, and nothing is left unsaid."""
-    text = PAGE.read_text(encoding="utf-8")
+    page = holding(name)
+    text = page.read_text(encoding="utf-8")
     if os.environ.get("UPDATE_GOLDEN"):
-        PAGE.write_text(TABLE.sub(lambda match: anew(match, name), text), encoding="utf-8")
+        page.write_text(TABLE.sub(lambda match: anew(match, name), text), encoding="utf-8")
         return
     (shown,) = [match["rows"] for match in TABLE.finditer(text) if match["name"] == name]
     assert shown == written(name)

@@ -14,7 +14,7 @@ from engine.kernels.rollout import advance, begin
 from engine.kernels.run_state import RUNNING, Status
 
 LENGTH, WIDTH, TO_CENTER = 4.508, 1.61, 1.423
-ALL_AROUND = Foresight(-1, math.inf, math.tau, 0.0, 10.0, 0.0, 3.0)
+ALL_AROUND = Foresight(-1, math.inf, math.tau, 0.0, 10.0, 0.0, 3.0, math.inf, math.inf)
 
 CROSS = """
 map intersection(approach=300 m)
