@@ -105,8 +105,7 @@ def _closest(report: RunReport, closest: Conflict) -> Iterator[str | Value]:
 
 def _attempts(report: RunReport) -> Words:
     attempts = int(report.scenes.attempts[0])
-    simulated = f", simulated by the {report.engine} engine"
-    return "found after ", Value(counted(attempts, "attempt"), "", attempts, "attempts"), simulated
+    return "found after ", Value(counted(attempts, "attempt"), "", attempts, "attempts")
 
 
 def _below(report: RunReport, found: Sequence[Conflict]) -> Iterator[Block | None]:
@@ -128,7 +127,8 @@ def _events(report: RunReport, found: Sequence[Conflict]) -> Title:
     story = report.story
     shown = _important(story, found[0].pair + 1 if found else 0)
     rest = len(story) - len(shown)
-    note = f"{counted(rest, 'event')} more: --metrics" if rest else ""
+    more = f"; {counted(rest, 'event')} more: --metrics" if rest else ""
+    note = f"simulated by the {report.engine} engine{more}"
     return Title("What happened", [timeline(shown, report.program.actors)], note)
 
 
@@ -243,7 +243,7 @@ def _params(report: RunReport) -> Block | None:
         )
         for gene, name in enumerate(space.names)
     ]
-    parts += [(f"{one.name} ", Value(f"{one.text} {one.unit}".strip()), " (held)") for one in report.held]
+    parts += [(f"{one.name} ", Value(f"{one.text} {one.unit}".strip()), " held") for one in report.held]
     parts += [(f"{name} ", Value(option)) for name, option in made_choices(report.program, report.scenes)]
     if not parts:
         return None

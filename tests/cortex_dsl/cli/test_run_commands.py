@@ -18,9 +18,9 @@ SMALL = ("--generations", "3", "--population", "12")
 
 def test_run_is_shown(cortexc: Command, left_turn: Path) -> None:
     """One run: the drawing, the story, metrics, risk, params, and the command that shows it again."""
-    result = cortexc(left_turn, "--seed", "3")
+    result = cortexc(left_turn, "--seed", "3", "--metrics")
     assert result.code == 0
-    for title in ("Scene", "What happened", "Over time", "Metrics", "Risk", "Params", "Choices", "Again"):
+    for title in ("Scene", "What happened", "Over time", "Metrics", "Risk", "Params", "Choices"):
         assert f"\n{title}" in result.out
     assert f"cortexc {left_turn} --seed 3" in " ".join(result.out.split())
     assert "\x1b" not in result.out
@@ -125,7 +125,7 @@ def test_sample_without_any_valid_scene(cortexc: Command, scenario: Scenario) ->
 
 def test_search(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
     """A search leaves a run directory and shows what it found."""
-    result = cortexc(left_turn, "--ga", *SMALL, "--out", tmp_path / "run")
+    result = cortexc(left_turn, "--ga", *SMALL, "--paper", "--out", tmp_path / "run")
     assert result.code == 0
     assert "among 36 individuals" in result.out
     assert {path.name for path in (tmp_path / "run").iterdir()} >= {"journal.sqlite", "evaluations.csv", "summary.json"}
@@ -183,7 +183,7 @@ def test_results_that_cannot_be_put_away_are_still_shown(
         raise StoreError("no space left", "free some space")
 
     monkeypatch.setattr("cortex_dsl.api.run_folder.write_derived", full)
-    result = cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "run")
+    result = cortexc(left_turn, "--random", *SMALL, "--paper", "--out", tmp_path / "run")
     assert result.code == 2
     assert "among 36 individuals" in result.out
     assert "no space left" in result.said
