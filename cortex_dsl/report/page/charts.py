@@ -65,22 +65,20 @@ def line_chart(
     courses: Sequence[Course],
     title: str,
     *,
-    width: int = 360,
-    height: int = 190,
-    unit: str = "",
+    size: tuple[int, int] = (360, 190),
     x_label: str = "",
-    floor: float | None = 0.0,
     x_range: tuple[float, float] | None = None,
     marks: Sequence[Mark] = (),
     cursor: bool = False,
 ) -> Element:
-    """Courses over a common x; `floor`: the scale of y reaches down to it."""
-    across, up = _x_scale(courses, x_range, width), _y_scale(courses, floor, height)
+    """Return courses over a common x; the scale of y includes 0. `size`: width and height [px]."""
+    width, height = size
+    across, up = _x_scale(courses, x_range, width), _y_scale(courses, height)
     return element(
         "svg",
         element("title", title),
         [_shade(mark, across, height) for mark in marks if mark.to_end],
-        _grid(across, up, width, height, unit, x_label),
+        _grid(across, up, width, height, x_label),
         [_band(course, across, up) for course in courses if course.low is not None],
         [_course(course, across, up) for course in courses],
         [_mark(mark, across, height) for mark in marks if not mark.to_end],
@@ -124,15 +122,15 @@ def _x_scale(courses: Sequence[Course], x_range: tuple[float, float] | None, wid
     return Scale(low, high, LEFT, width - RIGHT, ticks)
 
 
-def _y_scale(courses: Sequence[Course], floor: float | None, height: int) -> Scale:
+def _y_scale(courses: Sequence[Course], height: int) -> Scale:
     parts = [part for course in courses for part in (course.y, course.low, course.high) if part is not None]
     values = np.concatenate(parts) if parts else np.zeros(0)
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
-    return vertical(low if floor is None else min(floor, low), high, height)
+    return vertical(min(0.0, low), high, height)
 
 
-def _grid(across: Scale, up: Scale, width: int, height: int, unit: str, x_label: str) -> Element:
+def _grid(across: Scale, up: Scale, width: int, height: int, x_label: str) -> Element:
     right, bottom = width - RIGHT, height - BOTTOM
     return element(
         "g",
@@ -140,7 +138,6 @@ def _grid(across: Scale, up: Scale, width: int, height: int, unit: str, x_label:
         [_text(LEFT - 6, up(tick) + 4, significant(tick), "end") for tick in up.ticks],
         [_text(across(tick), bottom + 15, significant(tick), "middle") for tick in across.ticks],
         _text(right, height - 4, x_label, "end", "axis-name") if x_label else None,
-        _text(LEFT - 6, TOP - 3, unit, "end", "axis-name") if unit else None,
         class_="grid",
     )
 
@@ -218,7 +215,6 @@ def box_chart(
     *,
     width: int = 360,
     height: int = 220,
-    unit: str = "",
     stars: Sequence[tuple[int, int, str]] = (),
 ) -> Element:
     """Draw box plots side by side: median, quartiles, whiskers within 1.5 times the box, outliers as dots.
@@ -235,7 +231,7 @@ def box_chart(
     return element(
         "svg",
         element("title", title),
-        _grid(Scale(0, 1, LEFT, width - RIGHT), up, width, height, unit, ""),
+        _grid(Scale(0, 1, LEFT, width - RIGHT), up, width, height, ""),
         [_box(box, x, min(46.0, 0.6 * step), up) for box, x in zip(boxes, centres, strict=True)],
         [_text(x, height - BOTTOM + 15, box.name, "middle") for box, x in zip(boxes, centres, strict=True)],
         top,

@@ -318,9 +318,7 @@ def _plot(
     name: str, unit: str, courses: Sequence[Course], labels: Sequence[str], replay: CaseReplay, marks: Sequence[Mark]
 ) -> Element:
     end = float(replay.trajectory.time[-1]) or 1.0
-    chart = line_chart(
-        courses, name, width=380, height=132, unit="", x_range=(0.0, end), marks=marks, cursor=True, x_label=""
-    )
+    chart = line_chart(courses, name, size=(380, 132), x_range=(0.0, end), marks=marks, cursor=True)
     readings = [
         element(
             "span",
