@@ -157,7 +157,7 @@ def _write(
     terminal: Terminal,
 ) -> int:
     from cortex_dsl.report.findings.interchange_report import export_content
-    from cortex_dsl.report.terminal.interchange_view import export_view
+    from cortex_dsl.report.terminal.export_view import export_view
 
     usual = "1.2" if options.player is None else "1.0"
     try:

@@ -147,13 +147,14 @@ def _refused(error: InterchangeError, options: argparse.Namespace, terminal: Ter
 
 def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Terminal) -> None:
     from cortex_dsl.report.findings.interchange_report import measured_content
-    from cortex_dsl.report.terminal.interchange_view import measured_view
+    from cortex_dsl.report.terminal.render import rendered
+    from cortex_dsl.report.views.recordings import measured_view
 
     if options.json:
         terminal.document("measure", measured_content(report))
     else:
         console = terminal.out
-        console.print(measured_view(report, console.width, ascii_only=console.options.ascii_only))
+        console.print(rendered(measured_view(report), console.width, ascii_only=console.options.ascii_only))
 
 
 # -- values of options that say how a recording is read ----------------------------------------------------------------
@@ -350,9 +351,10 @@ def _show_ranking(report: "RankedReport", options: argparse.Namespace, terminal:
 
         terminal.document("ranking", ranking_content(report))
     else:
-        from cortex_dsl.report.terminal.ranking_view import ranking_view
+        from cortex_dsl.report.terminal.render import rendered
+        from cortex_dsl.report.views.recordings import ranking_view
 
-        terminal.out.print(ranking_view(report))
+        terminal.out.print(rendered(ranking_view(report), terminal.out.width))
 
 
 def _esmini_of(options: argparse.Namespace) -> Path | None:

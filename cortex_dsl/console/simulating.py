@@ -218,9 +218,10 @@ def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> N
         console, ascii_only = terminal.out, terminal.out.options.ascii_only
         console.print(rendered(run_screen(report), console.width, ascii_only=ascii_only))
         if request.metrics:
-            from cortex_dsl.report.terminal.run_view import run_details
+            from cortex_dsl.report.terminal.render import parts
+            from cortex_dsl.report.views.measures import run_details
 
-            console.print(run_details(report, console.width, ascii_only=ascii_only))
+            console.print(parts(run_details(report), console.width, ascii_only=ascii_only))
 
 
 def _no_scene(

@@ -125,7 +125,7 @@ def _unknown_suffix(path: Path) -> UsageError:
 def _write(state: State, case: "Case", stem: str, folder: Path, formats: Sequence[str], *, force: bool) -> None:
     _wait_for(state, _last(state))
     from cortex_dsl.interchange.cases import case_of_search
-    from cortex_dsl.report.terminal.interchange_view import export_view
+    from cortex_dsl.report.terminal.export_view import export_view
     from engine.interchange.contract import ExportOptions
 
     known_formats(formats)

@@ -74,15 +74,16 @@ def _show_objectives(state: State, before: Checked, after: Checked) -> None:
     from cortex_dsl.repl.instant import INSTANT, instant_runs
     from cortex_dsl.report.findings.objectives import weighed_objectives
     from cortex_dsl.report.findings.readable import speed_unit
-    from cortex_dsl.report.terminal.measures_view import weighed_view
+    from cortex_dsl.report.terminal.render import rendered
     from cortex_dsl.report.terminal.theme import indented
+    from cortex_dsl.report.views.measures import weighed_table
 
     instant = instant_runs(state, state.scenario(INSTANT))
     if instant is None:
         return
     found = [each for each in weighed_objectives(program, instant.outcomes) if each.line in lines]
     console = state.terminal.out
-    view = weighed_view(found, speed_unit(program), ascii_only=console.options.ascii_only)
+    view = rendered(weighed_table(found, speed_unit(program)), console.width, ascii_only=console.options.ascii_only)
     console.print(indented(view))
 
 

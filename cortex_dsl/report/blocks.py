@@ -15,7 +15,8 @@
 
 A word on a screen is a `str` or a `Value`. A `Value` carries its text, its style, and the number that the text shows,
 in the unit of documents (SI, or the file's own for params); `name` is its field in the document. So a number on a
-screen is the number of the document, and a test can compare them.
+screen is the number of the document, and a test can compare them. `Gauge`, `Place` and `Spark` are values that are
+drawn within a line.
 
 A function in `cortex_dsl.report.views` makes the tree: a `Title` with all blocks. It knows neither rich nor HTML. The
 renderers are `terminal.render.rendered` (rich), `page.render.nodes` (HTML) and `documents.blocks_content` (JSON); none
@@ -41,6 +42,41 @@ class Value:
     number: float | int | str | None = None
     name: str = ""
     """Field of the number in the document, such as `failures.avoidable`."""
+
+
+@dataclass(frozen=True)
+class Gauge(Value):
+    """A share of a whole, drawn as a bar."""
+
+    text: str = ""
+    share: float = 0.0
+    length: int = 8
+    """Characters of a whole."""
+    rest: str = ""
+    """Sign for each character of the terminal that the bar leaves free."""
+
+
+@dataclass(frozen=True)
+class Place(Value):
+    """The place of a number in its range, drawn on a line."""
+
+    text: str = ""
+    share: float = 0.0
+    """0 at the lower end, 1 at the upper end."""
+    ends: tuple[str, str] = ("", "")
+
+
+@dataclass(frozen=True)
+class Spark(Value):
+    """A series, drawn within a line; NaN where it has no value."""
+
+    text: str = ""
+    values: Sequence[float] = ()
+    length: int = 40
+    """Most characters."""
+    low: float | None = None
+    """Value of the lowest character, by default the least of the series; so is `high`."""
+    high: float | None = None
 
 
 Words: TypeAlias = str | Value | Sequence[str | Value]
@@ -192,8 +228,8 @@ class Picture:
     """Drawings: a single one with its legend, or several of the same size side by side, each near its key moment."""
 
     panels: Sequence[Panel]
-    rows: int
-    """Lines of the terminal that it takes at most, without captions."""
+    rows: int = 0
+    """Most lines of the terminal, without captions; 0: one large drawing with its whole legend."""
 
 
 @dataclass(frozen=True)

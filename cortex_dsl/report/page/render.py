@@ -13,12 +13,16 @@ from cortex_dsl.report.blocks import (
     Curve,
     Drawing,
     Facts,
+    Gauge,
     Grid,
     Note,
     Panel,
     Picture,
+    Place,
+    Spark,
     Table,
     Title,
+    Value,
     Words,
     parts_of,
 )
@@ -43,12 +47,32 @@ def nodes(block: Block, depth: int = 0) -> list[Node]:
 
 def words_of(words: Words) -> list[Node]:
     """Return the nodes of a line; a number keeps its exact value for programs."""
-    return [_word(part.text, part.style, part.number, part.name) for part in parts_of(words) if part.text]
+    return [_word(part) for part in parts_of(words)]
 
 
-def _word(text: str, style: str, number: float | str | None, name: str) -> Node:
-    shown: Node = figure(name, number, text) if name and isinstance(number, int | float) else text
-    return element("span", shown, class_=CLASSES[style]) if style in CLASSES else shown
+def _word(part: Value) -> Node:
+    match part:
+        case Gauge(share=share, style=style):
+            name = f"gauge {style.replace('.', '-')}".rstrip()
+            return element("div", class_=name, style=f"--share:{100 * share:.0f}%")
+        case Place(share=share, ends=ends):
+            return element("div", class_="where", style=f"--at:{100 * share:.1f}%", title=" to ".join(ends))
+        case Spark(values=values):
+            return _spark(values)
+        case Value(text, style, number, name):
+            shown: Node = figure(name, number, text) if name and isinstance(number, int | float) else text
+            return element("span", shown, class_=CLASSES[style]) if style in CLASSES and text else shown
+
+
+def _spark(values: Sequence[float]) -> Element:
+    """Return a series as a line, as high as the text."""
+    y = np.asarray(values, dtype=np.float64)
+    points = np.column_stack([np.arange(len(y)), y])[np.isfinite(y)]
+    low, high = (float(points[:, 1].min()), float(points[:, 1].max())) if len(points) else (0.0, 0.0)
+    points[:, 1] = 9.0 - 8.0 * (points[:, 1] - low) / ((high - low) or 1.0)
+    line = element("polyline", points=scene_svg.points_text(points, 1), class_="course first")
+    box = f"0 0 {max(1, len(y) - 1)} 10"
+    return element("svg", line, viewBox=box, width=80, height=16, preserveAspectRatio="none", class_="chart")
 
 
 def _nodes(block: Block, depth: int) -> Iterator[Node]:

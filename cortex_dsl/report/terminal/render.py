@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
+import numpy as np
 from rich.console import Group, RenderableType
 from rich.table import Column as TableColumn
 from rich.table import Table as Columns
@@ -17,17 +18,21 @@ from cortex_dsl.report.blocks import (
     Column,
     Curve,
     Facts,
+    Gauge,
     Grid,
     Note,
     Panel,
     Picture,
+    Place,
+    Spark,
     Table,
     Title,
+    Value,
     Words,
     parts_of,
 )
 from cortex_dsl.report.findings.readable import percent, ratio, shortened, whole
-from cortex_dsl.report.terminal.scene_view import compact_legend, draw_close, draw_scene
+from cortex_dsl.report.terminal.scene_view import compact_legend, draw_close, draw_scene, scene_view
 from cortex_dsl.report.terminal.theme import MARGIN, bar, columns, heading, indented, left, right, sparkline
 
 LEAST_PANEL, GAP = 24, 2
@@ -35,6 +40,12 @@ LEAST_PANEL, GAP = 24, 2
 LEAST_WRAP = 16
 """Columns that a wrapping cell of a table needs."""
 BAR = 16
+EXTENT = 24
+"""Columns that the range of a series takes, with the gaps."""
+PLACES = 21
+"""Characters of a range, odd so that it has a middle."""
+SPARKS = 4
+"""Share of a line that a series takes at most: one part of so many."""
 SHADES = " ·░▒▓█"
 """Shades of a cell: no run, no failure, then increasing counts of failures."""
 PLAIN_SHADES = " .:+*#"
@@ -47,12 +58,34 @@ def rendered(view: Block, width: int, *, ascii_only: bool = False, depth: int = 
     return Group(*_block(view, width, depth, ascii_only))
 
 
-def text_of(words: Words, style: str = "") -> Text:
-    """Return the text of a line; `style` is that of its parts without one."""
+def parts(views: Sequence[Block], width: int, *, ascii_only: bool = False) -> RenderableType:
+    """Return the lines of views below the title of another."""
+    return Group(*(rendered(view, width, ascii_only=ascii_only, depth=1) for view in views))
+
+
+def text_of(words: Words, style: str = "", width: int = 80, *, ascii_only: bool = False) -> Text:
+    """Return the text of a line; `style` is that of its parts without one, `width` that of its block."""
     text = Text(style=style)
     for part in parts_of(words):
-        text.append(part.text, part.style or None)
+        text.append_text(_drawn(part, width, ascii_only))
     return text
+
+
+def _drawn(part: Value, width: int, ascii_only: bool) -> Text:
+    match part:
+        case Gauge(share=share, length=length, rest=rest):
+            drawn = "#" * round(share * length) if ascii_only else bar(share, 1.0, length)
+            return Text.assemble((drawn, part.style), (rest * (length - len(drawn)), "quiet"))
+        case Place(share=share, ends=(low, high)):
+            at = max(0, min(PLACES - 1, round(share * (PLACES - 1))))
+            end, dash, mark, other = "|-o|" if ascii_only else "├─●┤"
+            before, after = f"{low:>6} {end}" + dash * at, dash * (PLACES - 1 - at) + f"{other} {high}"
+            return Text.assemble((before, "quiet"), (mark, "bar"), (after, "quiet"))
+        case Spark():
+            room = max(6, min(part.length, (width + MARGIN) // SPARKS))
+            return Text("" if ascii_only else sparkline(part.values, room, part.low, part.high), part.style)
+        case _:
+            return Text(part.text, part.style)
 
 
 def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[RenderableType]:
@@ -61,13 +94,13 @@ def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[R
             yield from _title(block, width, depth, ascii_only)
         case Note(words, style, apart):
             yield from [Text()] if apart else []
-            yield text_of(words, style)
+            yield text_of(words, style, width, ascii_only=ascii_only)
         case Caution(words):
             yield text_of(words, "warn")
         case Facts(rows):
             yield columns(left(), left(wrap=True), rows=[(text_of(a), text_of(b)) for a, b in rows])
         case Table():
-            yield _table(block, width)
+            yield _table(block, width, ascii_only)
         case Bars(rows, total):
             yield columns(right(), right(), left(), left(wrap=True), rows=[_bar(each, total) for each in rows])
         case Grid():
@@ -91,8 +124,8 @@ def _title(block: Title, width: int, depth: int, ascii_only: bool) -> Iterator[R
     yield from [indented(Group(*contents))] if depth else contents
 
 
-def _table(block: Table, width: int) -> Columns:
-    cells = [[text_of(cell) for cell in row] for row in block.rows]
+def _table(block: Table, width: int, ascii_only: bool) -> Columns:
+    cells = [[text_of(cell, "", width, ascii_only=ascii_only) for cell in row] for row in block.rows]
     kept = _kept(block, cells, width)
     head = [_column(block.columns[k]) for k in kept]
     return columns(*head, rows=[[row[k] for k in kept] for row in cells], header=block.header)
@@ -159,17 +192,22 @@ def _mark(grid: Grid, i: int, j: int, most: int, width: int, shades: str) -> tup
 
 def _curves(block: Curve, width: int) -> RenderableType:
     labels = max(len(line.label.text) for line in block.lines)
-    room = max(10, min(48, width - labels - max(len(line.extent) for line in block.lines) - 2 * GAP))
+    room = max(10, min(48, width - labels - EXTENT))
     rows = [
         (
             text_of(line.label),
-            Text(sparkline(line.values, room, low=0.0), line.label.style),
+            Text(sparkline(_stretched(line.values, room), room, low=0.0), line.label.style),
             Text(line.extent, "quiet"),
         )
         for line in block.lines
     ]
     axis = Text("0.0 s" + f"{block.end:.1f} s".rjust(max(0, room - 5)), "quiet")
     return columns(left(), left(), right(), rows=[*rows, (Text(), axis, Text())])
+
+
+def _stretched(values: Sequence[float], room: int) -> list[float]:
+    """Return a series by linear interpolation at `room` places."""
+    return np.interp(np.linspace(0, len(values) - 1, room), np.arange(len(values)), values).tolist()
 
 
 # -- pictures ----------------------------------------------------------------------------------------------------------
@@ -179,6 +217,10 @@ def _pictures(panels: Sequence[Panel], rows: int, width: int, ascii_only: bool) 
     """Yield a single drawing with its legend, or as many drawings as stand side by side."""
     if len(panels) == 1 and panels[0].drawing is not None and not panels[0].caption:
         drawing = panels[0].drawing
+        if not rows:
+            whole = drawing.road, drawing.actors, drawing.trajectory, drawing.moment
+            yield scene_view(*whole, width, ascii_only=ascii_only)
+            return
         canvas = draw_scene(drawing.road, drawing.trajectory, drawing.moment, width, rows=rows, ascii_only=ascii_only)
         legend = compact_legend(drawing, canvas, ascii_only=ascii_only)
         used = len(legend.wrap(None, width)) if legend.plain else 0  # type: ignore[arg-type]

@@ -271,9 +271,10 @@ def exhausted_view(
     if account is not None:
         parts.append(section("Which requirement is to blame", blame_view(account), blame_note(account)))
     if len(program.space) and tally.scenes == 1:
-        from cortex_dsl.report.terminal.run_view import params_view
+        from cortex_dsl.report.terminal.render import rendered
+        from cortex_dsl.report.views.measures import params_table
 
-        parts.append(section("Params of this attempt", params_view(program.space, genome)))
+        parts.append(section("Params of this attempt", rendered(params_table(program.space, genome), 80)))
     parts += [Text(), _help_line(account)]
     return Group(*parts)
 

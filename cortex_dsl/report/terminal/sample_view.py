@@ -8,15 +8,17 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from cortex_dsl.report.blocks import Title
 from cortex_dsl.report.findings.case_replay import outline_corners
 from cortex_dsl.report.findings.driven_runs import ENDINGS, DrivenRuns, Ending
 from cortex_dsl.report.findings.readable import ABSENT, counted, percent, ratio, speed_unit, whole
 from cortex_dsl.report.findings.tally import Tally, blame_note, most_to_blame
 from cortex_dsl.report.terminal.canvas import Canvas
+from cortex_dsl.report.terminal.render import parts as parts_view
 from cortex_dsl.report.terminal.requirements_view import blame_view, requirements_view
-from cortex_dsl.report.terminal.run_view import choices_view, params_view
 from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, MIN_WIDTH_SIDE_BY_SIDE, draw_scene
 from cortex_dsl.report.terminal.theme import actor_style, bar, columns, left, right, section, title_of
+from cortex_dsl.report.views.measures import choices_views, params_table
 from engine.program import Program
 from engine.road.outline import Outline
 from engine.scenes import Scenes, Trajectory
@@ -126,12 +128,11 @@ def still_view(
         _draw_actor(canvas, ways, actor)
     drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
     legend = columns(left(), left(), right(), left(), rows=list(_still_legend(program, canvas, ways)))
-    parts: list[RenderableType] = [section("Scene", _beside(drawing, legend, width), _found(scenes, note))]
-    if len(program.space):
-        parts.append(section("Params", params_view(program.space, scenes.genomes[0])))
-    if (choices := choices_view(program, scenes)) is not None:
-        parts.append(section("Choices", choices))
-    return Group(*parts)
+    space = program.space
+    below = [Title("Params", [params_table(space, scenes.genomes[0])])] if len(space) else []
+    below += choices_views(program, scenes)
+    scene = section("Scene", _beside(drawing, legend, width), _found(scenes, note))
+    return Group(scene, parts_view(below, width, ascii_only=ascii_only))
 
 
 def _found(scenes: Scenes, note: str) -> str:

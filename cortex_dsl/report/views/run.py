@@ -13,6 +13,7 @@ from cortex_dsl.report.blocks import (
     Note,
     Panel,
     Picture,
+    Spark,
     Table,
     Title,
     Value,
@@ -20,7 +21,7 @@ from cortex_dsl.report.blocks import (
     height_of,
 )
 from cortex_dsl.report.findings.choices import made_choices
-from cortex_dsl.report.findings.objectives import broken_words
+from cortex_dsl.report.findings.objectives import ObjectiveResult, broken_words
 from cortex_dsl.report.findings.readable import (
     ABSENT,
     counted,
@@ -196,17 +197,21 @@ def _objectives(report: RunReport) -> Block | None:
     if not found:
         return None
     first = sorted(found, key=lambda each: not each.broken)[:RESULTS]
+    rest = f"; {len(found) - len(first):,} more: --metrics" if len(found) > len(first) else ""
+    return Title("Objectives", [objectives_table(first)], f"above 0 an expectation is kept{rest}")
+
+
+def objectives_table(found: Sequence[ObjectiveResult]) -> Table:
+    """Return name, verdict and margin of each expectation; the value of a number."""
     rows: list[tuple[Words, ...]] = []
-    for each in first:
+    for each in found:
         value = Value(f"{significant(each.value)} {each.unit}".strip(), "", each.value)
         if each.sense is Sense.EXPECT:
             verdict = Value("broken", "bad") if each.broken else Value("kept", "good")
             rows.append((Value(each.name, "title"), verdict, ("robustness ", value)))
         else:
             rows.append((Value(each.name, "title"), Value(each.sense.name.lower(), "quiet"), value))
-    rest = f"; {len(found) - len(first):,} more: --metrics" if len(found) > len(first) else ""
-    table = Table((Column(wrap=True), Column(), Column(numbers=True)), rows, header=False, name="objectives")
-    return Title("Objectives", [table], f"above 0 an expectation is kept{rest}")
+    return Table((Column(wrap=True), Column(), Column(numbers=True)), rows, header=False, name="objectives")
 
 
 WHEN = {"initial": "at the start", "final": "at the end"}
@@ -215,10 +220,21 @@ WHEN = {"initial": "at the start", "final": "at the end"}
 def _records(records: Sequence[Recorded]) -> Block | None:
     if not records:
         return None
-    rows = [(Value(each.name, "title"), WHEN.get(each.when, "over time"), _extent(each)) for each in records[:RESULTS]]
-    rest = f"; {len(records) - len(rows):,} more: --metrics" if len(records) > len(rows) else ""
-    table = Table((Column(wrap=True), Column(style="quiet"), Column(numbers=True)), rows, header=False, name="records")
-    return Title("Records", [table], f"up to contact or the end{rest}")
+    rest = f"; {len(records) - RESULTS:,} more: --metrics" if len(records) > RESULTS else ""
+    return Title("Records", [records_table(records[:RESULTS])], f"up to contact or the end{rest}")
+
+
+def records_table(records: Sequence[Recorded], *, drawn: bool = False) -> Table:
+    """Return name, moment, and the value or the range of each record; `drawn`: with the course over time."""
+    rows = [
+        (Value(each.name, "title"), _course(each) if drawn else WHEN.get(each.when, "over time"), _extent(each))
+        for each in records
+    ]
+    return Table((Column(wrap=True), Column(style="quiet"), Column(numbers=True)), rows, header=False, name="records")
+
+
+def _course(record: Recorded) -> Words:
+    return WHEN.get(record.when) or Spark(style="bar", values=record.values.tolist())
 
 
 def _extent(record: Recorded) -> Words:

@@ -15,8 +15,10 @@ from rich.console import Console, RenderableType
 
 from cortex_dsl.interchange.formats import FORMATS, Gathered, checked_of
 from cortex_dsl.report.findings.interchange_report import MeasuredReport, Written, road_outline
-from cortex_dsl.report.terminal.interchange_view import export_view, measured_view
+from cortex_dsl.report.terminal import render
+from cortex_dsl.report.terminal.export_view import export_view
 from cortex_dsl.report.terminal.theme import THEME
+from cortex_dsl.report.views.recordings import measured_view
 from engine.interchange import Recording
 from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.measuring import measure
@@ -105,7 +107,7 @@ def measured(recording: Recording, road: OdrNetwork) -> MeasuredReport:
 def test_a_measurement(road: OdrNetwork) -> None:
     """Head-on at 18 km/h each, with what the file says of itself and of its params."""
     assert crash().road == ROAD
-    assert_golden("measured.txt", rendered(measured_view(measured(crash(), road), WIDTH)))
+    assert_golden("measured.txt", rendered(render.rendered(measured_view(measured(crash(), road)), WIDTH)))
 
 
 def test_the_lines_of_a_road(road: OdrNetwork) -> None:

@@ -27,10 +27,13 @@ from cortex_dsl.report.blocks import (
     Column,
     Curve,
     Facts,
+    Gauge,
     Grid,
     Line,
     Note,
     Picture,
+    Place,
+    Spark,
     Table,
     Title,
     Value,
@@ -234,6 +237,13 @@ def test_a_parked_truck_never_leads(run: RunReport) -> None:
 # -- a new view --------------------------------------------------------------------------------------------------------
 
 
+DRAWN = (
+    Gauge(style="part.C", share=0.75, length=4, rest="·"),
+    Place(share=0.5, ends=("5", "58")),
+    Spark(values=(1.0, math.nan, 3.0)),
+)
+
+
 def new_view(failures: int) -> Title:
     """A view as one function, of every kind of block."""
     count = Value(f"{failures:,}", "bad", failures, "failures.count")
@@ -245,6 +255,7 @@ def new_view(failures: int) -> Title:
             Caution("not finished"),
             Facts([("failures", count)], tiles=True),
             Title("Rows", [Table((Column("who"), Column("times", numbers=True)), [["truck", count]])], "by partner"),
+            Table((Column(), Column(), Column()), [DRAWN], header=False),
             Bars([Bar(3, "collision", "bad"), Bar(1, "time is up")], 4),
             grid,
             Curve([Line(Value("speed"), (0.0, 1.0, 4.0), "0 .. 4 m/s")], 2.0),
@@ -263,6 +274,11 @@ def test_a_new_view_is_one_function() -> None:
             assert words in medium
     assert 'data-figure="failures.count"' in page
     assert "<details>" in page
+    assert re.search(r"███·  +5 ├─{10}●─{10}┤ 58  ▁ █", text)
+    assert re.search(r"###·  +5 \|-{10}o-{10}\| 58", text_of(view, ascii_only=True))
+    assert not any(0x2500 <= ord(sign) < 0x2900 for sign in text_of(view.blocks[4], ascii_only=True))
+    for mark in ('style="--share:75%"', 'style="--at:50.0%"', "<polyline"):
+        assert mark in page
     assert json.loads(content)["blocks"][0]["words"][0]["number"] == 5000
     named = {name for name in vars(blocks) if name[0].isupper()} & {b["block"].title() for b in _tree(content)}
     assert named == {"Title", "Note", "Caution", "Facts", "Table", "Bars", "Grid", "Curve", "Picture", "Code"}

@@ -16,14 +16,13 @@ from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.story import end_of
 from cortex_dsl.report.findings.tally import Tally
-from cortex_dsl.report.terminal.measures_view import further_pairs, measures_view
 from cortex_dsl.report.terminal.progress import SearchProgress, progress_line, progress_view
-from cortex_dsl.report.terminal.render import rendered
+from cortex_dsl.report.terminal.render import parts, rendered
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
-from cortex_dsl.report.terminal.run_view import run_details
 from cortex_dsl.report.terminal.sample_view import sample_view
 from cortex_dsl.report.terminal.search_view import paper_details, rejections, search_details
 from cortex_dsl.report.terminal.theme import THEME, title_of
+from cortex_dsl.report.views.measures import further_pairs, measures_blocks, run_details
 from cortex_dsl.report.views.run import run_screen
 from cortex_dsl.report.views.search import comparison_screen, search_screen
 from cortex_dsl.semantics.names.linking import FixedParam
@@ -68,7 +67,7 @@ def render(view: RenderableType, width: int, *, encoding: str = "utf-8", colour:
 def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:
     """The screen of a run, and what --metrics adds."""
     screen = rendered(run_screen(report), width, ascii_only=ascii_only)
-    return Group(screen, run_details(report, width, ascii_only=ascii_only))
+    return Group(screen, parts(run_details(report), width, ascii_only=ascii_only))
 
 
 def search_view(program: Program, report: SearchReport, settings: str, width: int) -> RenderableType:
@@ -452,7 +451,7 @@ def test_further_pairs_have_a_line_each(outcomes: Outcomes, width: int) -> None:
     one = {name: getattr(outcomes, name) for name in PAIR_FIELDS}
     fields = {name: np.hstack([value, np.full((1, 1), np.inf), value + 1.0]) for name, value in one.items()}
     actors = ("ego", "adversary", "ghost", "walker")
-    view = Group(*further_pairs(replace(outcomes, **fields), actors, 0, KM_H))
+    view = parts(further_pairs(replace(outcomes, **fields), actors, 0, KM_H), width)
     text = render(view, width)
     assert_fits(text, width)
     words = " ".join(text.split())
@@ -482,7 +481,7 @@ def test_signs_that_are_no_numbers_are_explained() -> None:
 
     def shown(*values: tuple[str, float, str]) -> str:
         metrics = [Metric(name, (0, 1), value, unit, "a meaning") for name, value, unit in values]
-        return " ".join(render(measures_view(metrics, ("ego", "other"), 0), 120).split())
+        return " ".join(render(parts(measures_blocks(metrics, ("ego", "other"), 0), 120), 120).split())
 
     assert shown(("THW", np.inf, "s")).endswith("∞: no such conflict")
     needs = shown(("a_req", np.inf, "m/s^2"), ("BTN", np.inf, ""), ("TTB", -np.inf, "s"), ("PET", np.nan, "s"))
