@@ -15,7 +15,8 @@ from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
-from cortex_dsl.report.terminal.verification_view import verification_view
+from cortex_dsl.report.terminal.render import rendered
+from cortex_dsl.report.views.verification import verification_view
 from engine.strict_json import plain
 from engine.study.database import is_study
 
@@ -87,7 +88,8 @@ def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.json:
         terminal.document("verification", {"folder": run.folder, **content})
     else:
-        terminal.out.print(verification_view(program, found.cases, found.answers, terminal.out.width))
+        view = verification_view(program, found.cases, found.answers)
+        terminal.out.print(rendered(view, terminal.out.width, ascii_only=terminal.out.options.ascii_only))
     with usage_errors():
         path = keep(run, content)
     terminal.err.print(f"kept in {path}; `cortexc report` shows it", style="quiet", soft_wrap=True)

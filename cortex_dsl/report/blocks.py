@@ -91,6 +91,8 @@ class Title:
     note: Words = ""
     folded: bool = False
     """Whether a page shows the blocks on demand only."""
+    name: str = ""
+    """Place of a page to which a link leads."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +132,8 @@ class Column:
     style: str = ""
     rank: int = 0
     """0: always shown; else the order in which columns are left out, the highest first."""
+    least: int = 0
+    """Fewest characters of a line in which the column is shown."""
 
 
 @dataclass(frozen=True)
@@ -140,6 +144,8 @@ class Table:
     rows: Sequence[Sequence[Words]]
     header: bool = True
     name: str = ""
+    narrow: "Table | None" = None
+    """The same facts for a medium in which this table does not fit without wrapping."""
 
 
 @dataclass(frozen=True)

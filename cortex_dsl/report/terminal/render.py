@@ -1,7 +1,7 @@
 """The terminal's renderer of the report model: blocks become lines of text, no wider than the console."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -126,6 +126,8 @@ def _title(block: Title, width: int, depth: int, ascii_only: bool) -> Iterator[R
 
 def _table(block: Table, width: int, ascii_only: bool) -> Columns:
     cells = [[text_of(cell, "", width, ascii_only=ascii_only) for cell in row] for row in block.rows]
+    if block.narrow is not None and sum(_widths(block.columns, cells, wrap=False)) > width:
+        return _table(block.narrow, width, ascii_only)
     kept = _kept(block, cells, width)
     head = [_column(block.columns[k]) for k in kept]
     return columns(*head, rows=[[row[k] for k in kept] for row in cells], header=block.header)
@@ -137,9 +139,9 @@ def _column(column: Column) -> TableColumn:
 
 def _kept(block: Table, cells: Sequence[Sequence[Text]], width: int) -> list[int]:
     """Return the columns that fit, without those of the highest ranks if there are too many."""
-    widths = [_width(column, [row[k] for row in cells]) for k, column in enumerate(block.columns)]
-    kept = list(range(len(widths)))
-    while sum(widths[k] + GAP for k in kept) - GAP > width:
+    widths = _widths(block.columns, cells)
+    kept = [k for k, column in enumerate(block.columns) if column.least <= width]
+    while sum(widths[k] for k in kept) - GAP > width:
         dropped = max(kept, key=lambda k: block.columns[k].rank)
         if not block.columns[dropped].rank:
             break
@@ -147,9 +149,13 @@ def _kept(block: Table, cells: Sequence[Sequence[Text]], width: int) -> list[int
     return kept
 
 
-def _width(column: Column, cells: Iterable[Text]) -> int:
-    longest = max((cell.cell_len for cell in cells), default=0)
-    return max(min(longest, LEAST_WRAP) if column.wrap else longest, *map(len, column.head.split("\n")))
+def _widths(columns: Sequence[Column], cells: Sequence[Sequence[Text]], *, wrap: bool = True) -> list[int]:
+    """Return the characters that each column takes, with the gap behind it; `wrap`: where cells may wrap."""
+    longest = [max((row[k].cell_len for row in cells), default=0) for k in range(len(columns))]
+    return [
+        GAP + max(min(most, LEAST_WRAP) if column.wrap and wrap else most, *map(len, column.head.split("\n")))
+        for column, most in zip(columns, longest, strict=True)
+    ]
 
 
 def _bar(each: Bar, total: int) -> tuple[Text, Text, Text, Text]:
