@@ -54,24 +54,25 @@ def show_reports(
     program: Program, reports: "Sequence[SearchReport]", settings: str, request: CompileRequest, terminal: Terminal
 ) -> None:
     """Show the screen of a search by one method or several, and the requested details."""
-    from cortex_dsl.report.terminal.render import rendered
-    from cortex_dsl.report.terminal.search_view import paper_details, rejections, search_details
+    from cortex_dsl.report.terminal.render import parts, rendered
+    from cortex_dsl.report.terminal.search_view import rejections
     from cortex_dsl.report.terminal.theme import heading
     from cortex_dsl.report.views.search import comparison_screen, search_screen
+    from cortex_dsl.report.views.search_details import paper_details, search_details
 
-    console = terminal.out
+    console, ascii_only = terminal.out, terminal.out.options.ascii_only
     several = len(reports) > 1
     screen = comparison_screen(program, reports, settings) if several else search_screen(program, reports[0], settings)
-    console.print(rendered(screen, console.width, ascii_only=console.options.ascii_only))
+    console.print(rendered(screen, console.width, ascii_only=ascii_only))
     if request.paper:
-        console.print(paper_details(reports, settings, console.width))
+        console.print(parts([paper_details(reports, settings)], console.width, ascii_only=ascii_only))
     for report in reports:
         if several and request.metrics:
             console.print(heading(f"\n{report.method}"))
         if (why := rejections(program, report)) is not None:
             console.print(why)
         if request.metrics:
-            console.print(search_details(program, report, console.width))
+            console.print(parts(search_details(program, report), console.width, ascii_only=ascii_only))
 
 
 def is_constant(done: Progress) -> bool:

@@ -146,6 +146,8 @@ class Table:
     name: str = ""
     narrow: "Table | None" = None
     """The same facts for a medium in which this table does not fit without wrapping."""
+    split: bool = False
+    """Whether columns that do not fit stand in a further table, behind the first column."""
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def _drawn(part: Value, width: int, ascii_only: bool) -> Text:
             before, after = f"{low:>6} {end}" + dash * at, dash * (PLACES - 1 - at) + f"{other} {high}"
             return Text.assemble((before, "quiet"), (mark, "bar"), (after, "quiet"))
         case Spark():
-            room = max(6, min(part.length, (width + MARGIN) // SPARKS))
+            room = min(part.length, max(LEAST_WRAP, (width + MARGIN) // SPARKS))
             return Text("" if ascii_only else sparkline(part.values, room, part.low, part.high), part.style)
         case _:
             return Text(part.text, part.style)
@@ -99,6 +99,8 @@ def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[R
             yield text_of(words, "warn")
         case Facts(rows):
             yield columns(left(), left(wrap=True), rows=[(text_of(a), text_of(b)) for a, b in rows])
+        case Table(split=True):
+            yield from _tables(block, width, ascii_only)
         case Table():
             yield _table(block, width, ascii_only)
         case Bars(rows, total):
@@ -131,6 +133,21 @@ def _table(block: Table, width: int, ascii_only: bool) -> Columns:
     kept = _kept(block, cells, width)
     head = [_column(block.columns[k]) for k in kept]
     return columns(*head, rows=[[row[k] for k in kept] for row in cells], header=block.header)
+
+
+def _tables(block: Table, width: int, ascii_only: bool) -> Iterator[RenderableType]:
+    """Yield the columns of a table in as many tables as they need; each begins with the first column."""
+    cells = [[text_of(cell, "", width, ascii_only=ascii_only) for cell in row] for row in block.rows]
+    widths = _widths(block.columns, cells)
+    tables = [[0]]
+    for k in range(1, len(widths)):
+        if sum(widths[at] for at in (*tables[-1], k)) - GAP > width and len(tables[-1]) > 1:
+            tables.append([0])
+        tables[-1].append(k)
+    for number, kept in enumerate(tables):
+        yield from [Text()] if number else []
+        rows = [[row[k] for k in kept] for row in cells]
+        yield columns(*(_column(block.columns[k]) for k in kept), rows=rows, header=block.header)
 
 
 def _column(column: Column) -> TableColumn:

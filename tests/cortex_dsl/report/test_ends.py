@@ -7,8 +7,8 @@ import pytest
 
 from cortex_dsl.report.blocks import lines_of, plain
 from cortex_dsl.report.findings.search_report import SearchReport, ends_of, partners_text
-from cortex_dsl.report.terminal.search_view import paper_lines
 from cortex_dsl.report.views.search import headline
+from cortex_dsl.report.views.search_details import paper_lines
 from engine.program import Program
 from engine.search.evaluations import Partners
 from engine.vocabulary import Blame

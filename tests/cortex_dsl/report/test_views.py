@@ -20,11 +20,12 @@ from cortex_dsl.report.terminal.progress import SearchProgress, progress_line, p
 from cortex_dsl.report.terminal.render import parts, rendered
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.sample_view import sample_view
-from cortex_dsl.report.terminal.search_view import paper_details, rejections, search_details
+from cortex_dsl.report.terminal.search_view import rejections
 from cortex_dsl.report.terminal.theme import THEME, title_of
 from cortex_dsl.report.views.measures import further_pairs, measures_blocks, run_details
 from cortex_dsl.report.views.run import run_screen
 from cortex_dsl.report.views.search import comparison_screen, search_screen
+from cortex_dsl.report.views.search_details import paper_details, search_details
 from cortex_dsl.semantics.names.linking import FixedParam
 from engine.maps import RoadSpec
 from engine.metrics import Metric, Recorded
@@ -72,14 +73,18 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
 
 def search_view(program: Program, report: SearchReport, settings: str, width: int) -> RenderableType:
     """The screen of a search, and what --paper and --metrics add."""
-    parts = [rendered(search_screen(program, report, settings), width), paper_details([report], settings, width)]
-    return Group(*parts, *filter(None, [rejections(program, report)]), search_details(program, report, width))
+    screen = (
+        rendered(search_screen(program, report, settings), width),
+        parts([paper_details([report], settings)], width),
+    )
+    return Group(*screen, *filter(None, [rejections(program, report)]), parts(search_details(program, report), width))
 
 
 def comparison_view(program: Program, reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
     """The screen of a search by several methods, and what --paper and --metrics add."""
-    parts = [rendered(comparison_screen(program, reports, settings), width), paper_details(reports, settings, width)]
-    return Group(*parts, *(search_details(program, report, width) for report in reports))
+    screen = rendered(comparison_screen(program, reports, settings), width)
+    details = (parts(search_details(program, report), width) for report in reports)
+    return Group(screen, parts([paper_details(reports, settings)], width), *details)
 
 
 def assert_fits(text: str, width: int) -> None:
