@@ -275,7 +275,8 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     """Write the files next to the study, and show its results so far."""
     from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.cli.search_output import note_outdated
-    from cortex_dsl.report.terminal.study_view import study_view
+    from cortex_dsl.report.terminal.render import rendered
+    from cortex_dsl.report.views.study import study_view
     from engine.study.database import read_study
     from engine.study.verdict import findings
 
@@ -284,7 +285,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     restore_study(study, found)
     note_outdated(folder, terminal)
     if not json:
-        terminal.out.print(study_view(study, found, terminal.out.width))
+        terminal.out.print(rendered(study_view(study, found), terminal.out.width))
     code = _end_of(study, terminal)
     if stopped:
         terminal.note(f"interrupted; continue with: cortexc study --resume {folder}", "warn")
@@ -334,14 +335,15 @@ STUDY = Command(
 
 
 def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
-    from cortex_dsl.report.terminal.study_view import paper_view
+    from cortex_dsl.report.terminal.render import parts
+    from cortex_dsl.report.views.study import claims_view
     from engine.paper import claims
 
     checked = claims()
     if options.json:
         terminal.document("paper-check", {"claims": checked})
     else:
-        terminal.out.print(paper_view(checked, options.all))
+        terminal.out.print(parts(claims_view(checked, options.all), terminal.out.width))
     return Exit.FINE
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
+from cortex_dsl.report.blocks import Column, Table, Title, Value, Words
 from cortex_dsl.report.blocks import Grid as GridBlock
 from cortex_dsl.report.findings.analysis_report import (
     AVOIDANCES,
@@ -195,24 +196,19 @@ def _cells(shares: Sequence[Share], bar: str) -> Iterator[Element]:
 
 
 def _alone(space: ParamSpace, outputs: Sequence[tuple[str, Indices]]) -> Node:
-    """The first-order indices, folded away."""
+    """Return the first-order indices, folded; None without any."""
     if not outputs:
         return None
     rows = [
-        element(
-            "tr",
-            element("th", name, scope="row"),
-            *(element("td", _with_interval(indices.genes[gene].first)) for _, indices in outputs),
-        )
-        for gene, name in enumerate(space.names)
+        (name, *(_first(indices.genes[gene].first) for _, indices in outputs)) for gene, name in enumerate(space.names)
     ]
-    head = ("param", *(f"for {title}" for title, _ in outputs))
-    summary = element("summary", "What each param explains by itself (first-order index)")
-    return element("details", summary, table(head, rows, "alone"))
+    columns = Column("param"), *(Column(f"for {title}") for title, _ in outputs)
+    title = "What each param explains by itself (first-order index)"
+    return nodes(Title(title, [Table(columns, rows, name="alone")], folded=True))
 
 
-def _with_interval(share: Share) -> Sequence[Node]:
-    return fixed(share.value, 2), element("small", f" {_interval(share)}", class_="quiet")
+def _first(share: Share) -> Words:
+    return fixed(share.value, 2), Value(f" {_interval(share)}", "quiet")
 
 
 def _interval(share: Share) -> str:

@@ -8,10 +8,10 @@ from math import isfinite
 from pathlib import Path
 from shlex import quote
 
+from cortex_dsl.report.blocks import Block, Column, Gauge, Table, Title, Value
 from cortex_dsl.report.findings.case_replay import CaseReplay
-from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import broken_words, objective_results
-from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, percent, significant
+from cortex_dsl.report.findings.readable import first_line, fixed, percent
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
 from cortex_dsl.report.findings.verification_report import ANSWERS
@@ -19,16 +19,16 @@ from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.analysis_sections import avoidance_badge
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
 from cortex_dsl.report.page.player import SCRIPTS, player, player_data
+from cortex_dsl.report.page.render import nodes
+from cortex_dsl.report.views.measures import IN_RISK, choices_views, params_table
 from engine.avoidability import Avoidability
-from engine.metrics import Metric
-from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes, Result
+from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
 from engine.search.store import without_folders
 from engine.streams import StreamKey, format_key
-from engine.vocabulary import GeneKind
 
-# -- the tables: the risk with its parts, and the params ---------------------------------------------------------------
+# -- the tables: the risk with its parts, measures, and further pairs --------------------------------------------------
 
 PART_MEANINGS = {
     "C": "contact",
@@ -36,22 +36,24 @@ PART_MEANINGS = {
     "D_MS": "distance at fastest closing",
     "TTC_MS": "time to collision at fastest closing",
 }
-IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
-def risk_table(replay: CaseReplay) -> Element:
+NUMBER = Column(numbers=True)
+
+
+def risk_table(replay: CaseReplay) -> Table:
+    """Return a row per part of the risk: meaning, measured value, and points."""
     rows = [
-        element(
-            "tr",
-            element("th", name, scope="row"),
-            element("td", PART_MEANINGS[name]),
-            element("td", _measured(replay, name), class_="number"),
-            element("td", element("div", class_=f"gauge part-{name}", style=f"--share:{100 * points / most:.0f}%")),
-            element("td", f"{points} of {most}", class_="number"),
+        (
+            name,
+            PART_MEANINGS[name],
+            _measured(replay, name),
+            Gauge(style=f"part.{name}", share=points / most),
+            f"{points} of {most}",
         )
         for (name, most, _), points in zip(PARTS, replay.parts, strict=True)
     ]
-    return element("table", element("tbody", rows), class_="risk")
+    return Table((Column(), Column(), NUMBER, Column(), NUMBER), rows, header=False, name="risk")
 
 
 def _measured(replay: CaseReplay, name: str) -> str:
@@ -61,88 +63,39 @@ def _measured(replay: CaseReplay, name: str) -> str:
     if not outcomes.min_distance.shape[1]:
         return "–"
     (row,) = (each for each in PAIRS if each.symbol == name)
-    return _amount(replay, row)
+    return f"{fixed(float(getattr(outcomes, row.name)[0, replay.pair]), 2)} {row.unit}"
 
 
-def _amount(replay: CaseReplay, row: Result) -> str:
-    return f"{fixed(float(getattr(replay.outcomes, row.name)[0, replay.pair]), 2)} {row.unit}"
-
-
-def measures_table(replay: CaseReplay) -> Node:
-    """The metrics of the deciding pair and its two that the score does not come from; nothing where there are none."""
+def measures_table(replay: CaseReplay) -> list[Block]:
+    """Return the metrics of the deciding pair and of its two actors that are not in the risk; empty without any."""
     pair = (0, replay.pair + 1)
     found = [metric for metric in replay.metrics if metric.name not in IN_RISK]
-    rows = [_measure(metric, metric.name) for metric in found if metric.actors == pair]
-    rows += [
-        _measure(metric, f"{metric.name}, {replay.program.actors[actor]}")
+    named = [(metric.name, metric) for metric in found if metric.actors == pair]
+    named += [
+        (f"{metric.name}, {replay.program.actors[actor]}", metric)
         for actor in pair
         for metric in found
         if metric.actors == (actor,)
     ]
-    if not rows:
-        return None
-    table = element("table", element("tbody", rows), class_="params")
-    return element("details", element("summary", "Measures"), table)
-
-
-def _measure(metric: Metric, name: str) -> Element:
-    return element(
-        "tr",
-        element("th", name, scope="row"),
-        element("td", metric.meaning),
-        element("td", f"{fixed(metric.value, 2)} {metric.unit}".rstrip(), class_="number"),
-    )
+    rows = [(name, each.meaning, f"{fixed(each.value, 2)} {each.unit}".rstrip()) for name, each in named]
+    table = Table((Column(), Column(), NUMBER), rows, header=False, name="params")
+    return [Title("Measures", [table], folded=True)] if rows else []
 
 
 def pairs_table(replay: CaseReplay) -> Node:
-    """Return a table of the ego's distances to all actors except the one that decides the risk."""
-    outcomes = replay.outcomes
+    """Return a table of the ego's distances to all actors except the one that decides the risk; None without any."""
+    apart, times = replay.outcomes.min_distance[0], replay.outcomes.min_distance_time[0]
     rows = [
-        element(
-            "tr",
-            element("th", replay.program.actors[pair + 1], scope="row"),
-            element("td", f"{fixed(float(outcomes.min_distance[0, pair]), 2)} m", class_="number"),
-            element("td", f"at {fixed(float(outcomes.min_distance_time[0, pair]), 2)} s", class_="quiet"),
+        (
+            replay.program.actors[pair + 1],
+            f"{fixed(float(apart[pair]), 2)} m",
+            Value(f"at {fixed(float(times[pair]), 2)} s", "quiet"),
         )
-        for pair in range(outcomes.min_distance.shape[1])
-        if pair != replay.pair and isfinite(outcomes.min_distance[0, pair])
+        for pair in range(len(apart))
+        if pair != replay.pair and isfinite(apart[pair])
     ]
-    if not rows:
-        return None
-    return [element("h4", "Nearest to the others"), element("table", element("tbody", rows), class_="params")]
-
-
-def params_table(replay: CaseReplay) -> Element:
-    space, genome = replay.program.space, replay.scenes.genomes[0]
-    rows = []
-    for gene, name in enumerate(space.names):
-        value, low, high = float(genome[gene]), float(space.low[gene]), float(space.high[gene])
-        share = 100 * (value - low) / (high - low) if high > low else 50.0
-        ends = None if space.kinds[gene] == GeneKind.INDEX else f"{significant(low, 3)} to {significant(high, 3)}"
-        rows.append(
-            element(
-                "tr",
-                element("th", name, scope="row"),
-                element("td", element("data", format_gene(space, gene, value), value=repr(value)), class_="number"),
-                element("td", space.units[gene], class_="unit"),
-                element("td", element("div", class_="where", style=f"--at:{share:.1f}%"), title=ends),
-            )
-        )
-    held = [
-        element(
-            "tr",
-            element("th", one.name, scope="row"),
-            element("td", one.text, class_="number"),
-            element("td", one.unit, class_="unit"),
-            element("td", "held", class_="quiet"),
-        )
-        for one in replay.held
-    ]
-    choices = [
-        element("tr", element("th", name, scope="row"), element("td", option, colspan=3))
-        for name, option in made_choices(replay.program, replay.scenes)
-    ]
-    return element("table", element("tbody", rows, held, choices), class_="params")
+    table = Table((Column(), NUMBER, Column()), rows, header=False, name="params")
+    return [element("h4", "Nearest to the others"), nodes(table)] if rows else None
 
 
 # -- the article -------------------------------------------------------------------------------------------------------
@@ -162,7 +115,7 @@ class Place:
 
 def card(replay: CaseReplay, place: Place, number: int) -> Element:
     """The whole article of one case."""
-    case = place.case
+    case, program = place.case, replay.program
     return element(
         "article",
         element(
@@ -180,11 +133,12 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
             element(
                 "section",
                 element("h4", "Risk"),
-                risk_table(replay),
+                nodes(risk_table(replay)),
                 pairs_table(replay),
-                measures_table(replay),
+                [nodes(each) for each in measures_table(replay)],
                 element("h4", "Params"),
-                params_table(replay),
+                nodes(params_table(program.space, replay.scenes.genomes[0], replay.held)),
+                [nodes(each) for view in choices_views(program, replay.scenes) for each in view.blocks],
             ),
             class_="case-body",
         ),

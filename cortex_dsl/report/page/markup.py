@@ -195,10 +195,12 @@ def folded(summary: str, *content: Node) -> Element:
     return element("details", element("summary", summary), inner)
 
 
-def table(head: Sequence[str], rows: Sequence[Element], name: str) -> Element:
-    """A table with a head, which scrolls by itself where the screen is narrow."""
-    cells = rows[0].children if rows and len(rows[0].children) == len(head) else (None,) * len(head)
-    top = element("thead", element("tr", [_head(text, cell) for text, cell in zip(head, cells, strict=True)]))
+def table(head: Sequence[str] | None, rows: Sequence[Element], name: str) -> Element:
+    """Return a table, with a head unless it is None, that scrolls by itself where the screen is narrow."""
+    top = None
+    if head is not None:
+        cells = rows[0].children if rows and len(rows[0].children) == len(head) else (None,) * len(head)
+        top = element("thead", element("tr", [_head(text, cell) for text, cell in zip(head, cells, strict=True)]))
     return element("div", element("table", top, element("tbody", rows), class_=name), class_="wide", tabindex=0)
 
 

@@ -1,12 +1,15 @@
 """Every pair of a recording on one page: the ranked table, and drawings of its worst windows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from cortex_dsl.report.blocks import Column, Table, Value, Words
 from cortex_dsl.report.findings.ranking_report import RankedReport, Window, ranking_content, windows
 from cortex_dsl.report.findings.readable import counted, fixed
-from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, table, top_bar
+from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from cortex_dsl.report.page.render import nodes
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.strict_json import plain
 from engine.tables import Floats
@@ -41,44 +44,27 @@ def _hero(report: RankedReport) -> Element:
 
 
 def _worst(report: RankedReport, shown: Sequence[Window]) -> Element:
-    head = (
-        "",
-        "pair",
-        "kinds",
-        "from [s]",
-        "to [s]",
-        "risk",
-        "MD [m]",
-        "at [s]",
-        "TTC [s]",
-        "D_MS [m]",
-        "TTC_MS [s]",
-        "",
-    )
-    rows = [element("tr", list(_cells(window))) for window in shown]
+    names = "from [s]", "to [s]", "risk", "MD [m]", "at [s]", "TTC [s]", "D_MS [m]", "TTC_MS [s]"
+    numbers = (Column(head, numbers=True) for head in names)
+    columns = Column(numbers=True), Column("pair"), Column("kinds"), *numbers, Column()
+    rows = [_row(window) for window in shown]
     note = f"profile {report.profile}; the {len(shown):,} worst of {len(report.ranked):,}"
-    return part("worst", "Worst windows", note, table(head, rows, "ranking"))
+    return part("worst", "Worst windows", note, nodes(Table(columns, rows, name="ranking")))
 
 
-def _cells(window: Window) -> Iterator[Element]:
-    metrics = window.metrics
-    yield element("td", str(window.rank), class_="number")
-    yield element("td", " and ".join(window.actors))
-    yield element("td", ", ".join(window.kinds))
-    for name, value in (("begin", window.begin), ("end", window.end)):
-        yield element("td", figure(name, value, fixed(value, 2)), class_="number")
-    yield element("td", figure("risk", float(window.risk), str(window.risk)), class_="number")
-    least = metrics["min_distance"]
-    said = "contact" if window.contact else fixed(least, 2)
-    yield element("td", figure("min_distance", least, said), class_="number")
-    for name, value in (
-        ("min_distance_time", metrics["min_distance_time"]),
-        ("min_ttc", window.ttc),
-        ("distance_at_ms", metrics["distance_at_ms"]),
-        ("ttc_at_ms", metrics["ttc_at_ms"]),
-    ):
-        yield element("td", figure(name, value, fixed(value, 2)), class_="number")
-    yield element("td", "after contact with a third actor" if window.after_contact else "")
+MEASURED = "min_distance_time", "min_ttc", "distance_at_ms", "ttc_at_ms"
+
+
+def _row(window: Window) -> Sequence[Words]:
+    values = {**window.metrics, "begin": window.begin, "end": window.end, "min_ttc": window.ttc}
+    begin, end, least, *others = (
+        Value(fixed(values[name], 2), "", values[name], name) for name in ("begin", "end", "min_distance", *MEASURED)
+    )
+    names = str(window.rank), " and ".join(window.actors), ", ".join(window.kinds)
+    distance = replace(least, text="contact") if window.contact else least
+    after = "after contact with a third actor" if window.after_contact else ""
+    risk = Value(str(window.risk), "", float(window.risk), "risk")
+    return *names, begin, end, risk, distance, *others, after
 
 
 # -- drawings ----------------------------------------------------------------------------------------------------------

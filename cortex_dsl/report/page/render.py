@@ -60,7 +60,9 @@ def _word(part: Value) -> Node:
         case Spark(values=values):
             return _spark(values)
         case Value(text, style, number, name):
-            shown: Node = figure(name, number, text) if name and isinstance(number, int | float) else text
+            shown: Node = text
+            if isinstance(number, int | float):
+                shown = figure(name, number, text) if name else element("data", text, value=str(number))
             return element("span", shown, class_=CLASSES[style]) if style in CLASSES and text else shown
 
 
@@ -84,10 +86,12 @@ def _nodes(block: Block, depth: int) -> Iterator[Node]:
         case Caution(words):
             yield element("p", words_of(words), class_="note warn")
         case Facts(rows, tiles):
-            yield _tiles(rows) if tiles else _facts(rows)
+            pair = [_row((Column(), Column()), row, named=True) for row in rows]
+            yield _tiles(rows) if tiles else table(None, pair, "facts")
         case Table(columns, rows, header, name):
-            head = [column.head.replace("\n", " ") for column in columns] if header else [""] * len(columns)
-            yield table(head, [_row(columns, row) for row in rows], name or "plain")
+            cells = [_row(columns, row, named=not header) for row in rows]
+            heads = [column.head.replace("\n", " ") for column in columns]
+            yield table(heads if header else None, cells, name or "plain")
         case Bars(rows, whole):
             yield bars([(each.text, each.count, CLASSES.get(each.style, "")) for each in rows], whole)
         case Grid():
@@ -109,7 +113,14 @@ def _title(block: Title, depth: int) -> Iterator[Node]:
         yield element("header", element("h1", block.text), note, class_="hero")
         yield from contents
     else:
-        yield element("section", element(f"h{min(depth + 1, 6)}", block.text), note, contents, class_="part")
+        yield element(
+            "section",
+            element(f"h{min(depth + 1, 6)}", block.text),
+            note,
+            contents,
+            class_="part",
+            id=block.name or None,
+        )
 
 
 def _tiles(rows: Sequence[tuple[Words, Words]]) -> Element:
@@ -120,22 +131,14 @@ def _tiles(rows: Sequence[tuple[Words, Words]]) -> Element:
     return element("div", tiles, class_="tiles")
 
 
-def _facts(rows: Sequence[tuple[Words, Words]]) -> Element:
+def _row(columns: Sequence[Column], row: Sequence[Words], *, named: bool) -> Element:
+    """Return a row; `named`: its first cell is its head."""
     cells = [
-        element("tr", element("th", words_of(label), scope="row"), element("td", words_of(value)))
-        for label, value in rows
+        element("td", words_of(cell), class_="number" if column.numbers else None)
+        for column, cell in zip(columns, row, strict=True)
     ]
-    return element("div", element("table", element("tbody", cells), class_="facts"), class_="wide")
-
-
-def _row(columns: Sequence[Column], row: Sequence[Words]) -> Element:
-    return element(
-        "tr",
-        [
-            element("td", words_of(cell), class_="number" if column.numbers else None)
-            for column, cell in zip(columns, row, strict=True)
-        ],
-    )
+    first = element("th", cells[0].children, class_=cells[0].attributes["class_"], scope="row") if named else cells[0]
+    return element("tr", first, *cells[1:])
 
 
 def _curve(label: str, values: Sequence[float], end: float, extent: str) -> Element:

@@ -5,6 +5,7 @@ from shlex import quote
 from typing import Any
 
 from cortex_dsl.api.runs import OpenedRun
+from cortex_dsl.report.blocks import Code, Facts, Note, Title
 from cortex_dsl.report.findings.failures import driver_failed_text, driver_text, finds_of, others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
@@ -32,6 +33,7 @@ from cortex_dsl.report.findings.search_report import (
 )
 from cortex_dsl.report.page import markup, run_charts
 from cortex_dsl.report.page.markup import Element, Node, element, figure, folded, part, prose, table
+from cortex_dsl.report.page.render import nodes
 from engine.search.evaluations import distinct_collisions
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
@@ -236,35 +238,18 @@ def again(run: OpenedRun) -> Element:
         ("risk profile", manifest.profile),
         ("versions", ", ".join(f"{name} {version}" for name, version in manifest.versions.items())),
         ("platform", manifest.platform),
-        (
-            "stream keys",
-            STREAMS,
-        ),
+        ("stream keys", STREAMS),
     ]
     settings = [
-        element("tr", element("th", f"{group}.{name}", scope="row"), element("td", str(value)))
-        for group, table in manifest.settings.items()
-        for name, value in table.items()
+        (f"{group}.{name}", str(value)) for group, table in manifest.settings.items() for name, value in table.items()
     ]
-    rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
-    edited = [
-        element(
-            "p",
-            f"{name} has changed since this run was started; the text below is that of the run.",
-            class_="note",
-        )
-        for name in run.edited
+    changed = " has changed since this run was started; the text below is that of the run."
+    blocks = [
+        *map(Code, filter(None, (command, f"cortexc report {quote(str(folder))}"))),
+        *(Note(f"{name}{changed}") for name in run.edited),
+        Facts(facts),
+        Title("Every setting", [Facts(settings)], folded=True),
     ]
-    return part(
-        "again",
-        "Reproduce it",
-        "The same command gives the same journal, row by row.",
-        element("pre", command, class_="command") if command else None,
-        element("pre", f"cortexc report {quote(str(folder))}", class_="command"),
-        edited,
-        element("div", element("table", element("tbody", rows), class_="facts"), class_="wide"),
-        element(
-            "details", element("summary", "Every setting"), element("table", element("tbody", settings), class_="facts")
-        ),
-        element("details", element("summary", "The scenario"), element("pre", manifest.file_text, class_="source")),
-    )
+    text = element("details", element("summary", "The scenario"), element("pre", manifest.file_text, class_="source"))
+    note = "The same command gives the same journal, row by row."
+    return part("again", "Reproduce it", note, [nodes(block) for block in blocks], text)

@@ -1,11 +1,12 @@
 """The report of a study: its claims, their certainty, and every run behind them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from dataclasses import replace
 from shlex import join
-from typing import Any
 
 import numpy as np
 
+from cortex_dsl.report.blocks import Code, Facts, Title
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import (
@@ -15,9 +16,11 @@ from cortex_dsl.report.findings.study_report import (
     study_content,
     verdict_line,
 )
-from cortex_dsl.report.page import markup, study_tables
+from cortex_dsl.report.page import markup
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, folded, page, part, top_bar
+from cortex_dsl.report.page.render import nodes
+from cortex_dsl.report.views.study import paper_view, primary_view, rates_view, studies_view, tests_view
 from engine.search.store import without_folders
 from engine.strict_json import plain
 from engine.study.comparisons import Measure, sample
@@ -59,11 +62,11 @@ def _title(study: Study) -> str:
 def _hero(study: Study, found: Findings) -> Element:
     plan, records = study.plan, study.records
     tiles = (
-        (f"{len(plan.subjects):,}", "scenarios"),
-        (f"{len(plan.methods):,}", "methods"),
-        (f"{plan.runs:,}", "runs of each"),
-        (f"{plan.individuals:,}", "individuals in each run"),
-        (f"{distinct_simulations(study):,}", "distinct simulations"),
+        ("scenarios", f"{len(plan.subjects):,}"),
+        ("methods", f"{len(plan.methods):,}"),
+        ("runs of each", f"{plan.runs:,}"),
+        ("individuals in each run", f"{plan.individuals:,}"),
+        ("distinct simulations", f"{distinct_simulations(study):,}"),
     )
     unfinished = f"This study is not finished: so far {len(records):,} runs are." if not study.complete else ""
     return element(
@@ -75,7 +78,7 @@ def _hero(study: Study, found: Findings) -> Element:
         element("p", f"{verdict_line(plan, found.comparisons)}.", class_="headline", id="verdict"),
         [element("p", _sentence(text), class_="note") for text in found.verdict],
         folded("How this is decided", _sentence(RULE), _sentence(FAMILIES)),
-        element("div", [_tile(*tile) for tile in tiles], class_="tiles"),
+        nodes(Facts(tiles, tiles=True)),
         class_="hero",
     )
 
@@ -86,19 +89,23 @@ def _sentence(text: str) -> str:
     return f"{name[:1].upper()}{name[1:]}{space}{others}."
 
 
-def _tile(number: str, meaning: str) -> Element:
-    return element("div", element("b", number), element("span", meaning), class_="tile")
-
-
 def _parts(study: Study, found: Findings) -> Iterator[Node]:
     yield _limits()
-    yield study_tables.primary(study, found)
+    yield from _shown(primary_view(study, found))
     yield _boxes(study, found)
     yield _curves(study)
-    yield study_tables.tests(found)
-    yield study_tables.rates(found)
-    yield study_tables.paper(found)
-    yield _again(study)
+    yield from _shown(tests_view(found), rates_view(found), _paper(found), _again(study))
+
+
+def _shown(*views: Title | None) -> Iterator[Node]:
+    for view in views:
+        yield from nodes(view, 1) if view is not None else []
+
+
+def _paper(found: Findings) -> Title | None:
+    """Return our numbers beside the paper's, with its table of studies below."""
+    ours, studies = paper_view(found), studies_view(found)
+    return ours and studies and replace(ours, blocks=[*ours.blocks, studies])
 
 
 def _limits() -> Element:
@@ -221,29 +228,21 @@ def _curve(study: Study, scenario: int, metric: PaperMetric) -> Element:
     )
 
 
-# -- tables -----------------------------------------------------------------------------------------------------------
+# -- the end -----------------------------------------------------------------------------------------------------------
 
 
-def _again(study: Study) -> Element:
-    plan, command = study.plan, study.manifest.get("command_line")
-    facts: Sequence[tuple[str, Any]] = (
+def _again(study: Study) -> Title:
+    plan, search, command = study.plan, study.plan.subjects[0].config.search, study.manifest.get("command_line")
+    facts = [
         ("seed of each scenario", ", ".join(map(str, plan.seeds))),
-        (
-            "generations x population",
-            f"{plan.subjects[0].config.search.generations} x {plan.subjects[0].config.search.population}",
-        ),
+        ("generations x population", f"{search.generations} x {search.population}"),
         ("risk profile", plan.profile),
         *((subject.name, f"{subject.file}, program {subject.program.digest}") for subject in plan.subjects),
-    )
-    rows = [element("tr", element("th", name, scope="row"), element("td", str(value))) for name, value in facts]
-    return part(
-        "again",
-        "Reproduce it",
-        "The same command gives the same study, run by run.",
-        element("pre", markup.command_again(("study", *command)), class_="command") if command is not None else None,
-        element("pre", join(("cortexc", "report", without_folders(str(study.folder)))), class_="command"),
-        element("table", element("tbody", rows), class_="facts"),
-    )
+    ]
+    commands = [] if command is None else [markup.command_again(("study", *command))]
+    commands.append(join(("cortexc", "report", without_folders(str(study.folder)))))
+    note = "The same command gives the same study, run by run."
+    return Title("Reproduce it", [*map(Code, commands), Facts(facts)], note, name="again")
 
 
 def _footer(study: Study) -> Element:

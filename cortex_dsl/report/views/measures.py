@@ -321,7 +321,7 @@ def params_table(space: ParamSpace, genome: Sequence[float] | Floats, held: Sequ
     rows: list[Sequence[Words]] = [
         (
             space.names[gene],
-            Value(format_gene(space, gene, float(value)), "", float(value), space.names[gene]),
+            Value(format_gene(space, gene, float(value)), "", float(value)),
             Value(space.units[gene], "unit"),
             _place(space, gene, float(value)),
         )
