@@ -44,10 +44,10 @@ def draw_until_fair(
     config: SimulationConfig,
     keys: Ints,
     ledger: Ledger,
-    go_on: Callable[[Ints], None],
+    draw_on: Callable[[Ints], None],
     jobs: int = 1,
 ) -> None:
-    """Drive the scenes of a ledger, and draw again where the start is not fair: `go_on` makes attempts at rows.
+    """Drive the scenes of a ledger, and draw again where the start is not fair: `draw_on` makes attempts at rows.
 
     An attempt that comes to the scene before it, as all do of a file that draws nothing, is as unfair, and not driven.
     """
@@ -62,7 +62,7 @@ def draw_until_fair(
         ledger.failed[rows, -1] += 1
         if driven < MOST:
             variant, values = ledger.variant[rows], ledger.values[rows]
-            go_on(rows)
+            draw_on(rows)
             other = (ledger.variant[rows] != variant) | (ledger.values[rows] != values).any(axis=1)
             valid = ledger.verdict[rows] == Verdict.VALID
             rows, fair = rows[valid], other[valid]

@@ -153,8 +153,8 @@ def sample(
     if program.settings.fair:
         from engine.fairness import draw_until_fair
 
-        go_on = partial(_go_on, recipe, request, ledger, jobs, confiner)
-        draw_until_fair(program, config, request.keys, ledger, go_on, jobs)
+        draw_on = partial(_draw_on, recipe, request, ledger, jobs, confiner)
+        draw_until_fair(program, config, request.keys, ledger, draw_on, jobs)
     return Scenes(genomes=genomes, keys=request.keys, actions=np.zeros((len(keys), 0, 0)), **ledger._asdict())
 
 
@@ -330,7 +330,9 @@ def _asked(request: Request, rows: slice | Ints) -> Request:
     return request._replace(**{name: getattr(request, name)[rows] for name in arrays})
 
 
-def _go_on(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None, rows: Ints) -> None:
+def _draw_on(
+    recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None, rows: Ints
+) -> None:
     """Make further attempts at scenes that were found."""
     found = ledger._make(array[rows] for array in ledger)
     found.variant[:] = -1

@@ -50,8 +50,8 @@ def fingerprint(paths: Iterable[Path]) -> str:
     from hashlib import sha256
 
     files = (file for path in paths for file in (sorted(path.glob("*.py")) if path.is_dir() else [path]))
-    told = (f"{file.name} {sha256(file.read_bytes()).hexdigest()}" for file in files)
-    return sha256("\0".join(told).encode()).hexdigest()
+    reported = (f"{file.name} {sha256(file.read_bytes()).hexdigest()}" for file in files)
+    return sha256("\0".join(reported).encode()).hexdigest()
 
 
 def cached_file(name: str, family: str) -> Path | None:

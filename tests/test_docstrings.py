@@ -16,6 +16,22 @@ NOTE_WORDS = {
     *("For", "From", "With", "Without", "By", "In", "On", "At", "To", "As", "Until", "Since", "Behind", "Beside"),
 }
 """First words of a note, the string after an assignment, that has no noun there."""
+OLD_NAMES = {
+    *("lay_leg", "along_leg", "on_leg", "outline_on_leg", "embody", "takes_part"),
+    *("note_walls", "met_up_to", "stays_off", "LOOSE", "step_loose", "write_loose"),
+    *("_may_go_on", "_loosen", "settle_others", "wedged", "touch_down", "Pushed"),
+    *("built_up", "Blow", "toss_coins", "look_at", "look_past", "look_around"),
+    *("blame_rows", "drive_again", "Stay", "Crowd", "Stage", "lane_with"),
+    *("telling", "rests", "take_up", "lay_down", "begin_lanes", "Orders"),
+    *("TOLD", "told_at", "told_pages", "note_decisions", "tell_decisions", "note_asked"),
+    *("note_running", "Seat", "is_hopeless", "asked_patiently", "Drives", "anew"),
+    *("afresh", "KeptActions", "keep_others", "keep_worst", "how_again", "kept_actions"),
+    *("Kept", "Weighing", "weigh", "_weigh_attempt", "_weigh_scene", "Sought"),
+    *("insist_on", "_let_go_of_the_dead", "nobody", "Making", "asks_road", "taken_for"),
+    *("Superseded", "Sorted", "Spot", "Work", "Sheet", "StandIn"),
+    *("_hear_stops", "Rest"),
+}
+"""Identifiers that standard terms of the field have replaced."""
 FUNCTIONS = 0
 """Number of functions with such a docstring."""
 NOTES = 0
@@ -61,6 +77,30 @@ def test_counts_of_first_words() -> None:
         notes += [f"{place}:{line}" for line, text in _notes(tree) if _first_word(text) in NOTE_WORDS]
     _check("FUNCTIONS", functions, FUNCTIONS)
     _check("NOTES", notes, NOTES)
+
+
+def _identifiers(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield line and name of each function, class, argument, variable and attribute."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name) | ast.Attribute(attr=name) | ast.arg(arg=name):
+                yield node.lineno, name
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
+                yield node.lineno, name
+            case _:
+                pass
+
+
+def test_replaced_names_stay_away() -> None:
+    """No identifier of the product has a name that a standard term has replaced."""
+    paths = sorted(path for package in ("cortex_dsl", "engine") for path in (ROOT / package).rglob("*.py"))
+    found = [
+        f"{path.relative_to(ROOT)}:{line} {name}"
+        for path in paths
+        for line, name in _identifiers(ast.parse(path.read_bytes()))
+        if name in OLD_NAMES
+    ]
+    assert found == []
 
 
 @pytest.mark.parametrize(("found", "says"), [(3, "begin with a verb"), (1, "set NOTES to 1")])

@@ -108,7 +108,7 @@ class _Sampled:
     tally: Tally = field(default_factory=Tally)
     runs: DrivenRuns = field(default_factory=DrivenRuns)
     mistake: Diagnostic | None = None
-    told: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
     """Ways of failing of the driver that people know."""
     interrupted: bool = False
 
@@ -169,7 +169,7 @@ def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> 
     if len(errors):
         sampled.mistake = failure_of(scenario, done.scenes, done.outcomes, int(errors[0]))
         return
-    said = blame(program, done.tell(sampled.told).scenes, config.simulation, config.contact, jobs)
+    said = blame(program, done.tell(sampled.reported).scenes, config.simulation, config.contact, jobs)
     sampled.runs = sampled.runs.plus(done.outcomes, said)
 
 

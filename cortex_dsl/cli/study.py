@@ -318,8 +318,8 @@ def _over_the_file(evaluations: "Evaluations") -> bool:
     from engine.vocabulary import EndReason, Verdict
 
     runs = evaluations.rollouts
-    told = (runs.end_reason == EndReason.STUCK) | ((runs.end_reason == EndReason.BROKEN) & (runs.end_rule >= 0))
-    return bool(told[runs.verdict == Verdict.ERROR].all())
+    reported = (runs.end_reason == EndReason.STUCK) | ((runs.end_reason == EndReason.BROKEN) & (runs.end_rule >= 0))
+    return bool(reported[runs.verdict == Verdict.ERROR].all())
 
 
 STUDY = Command(

@@ -199,7 +199,7 @@ def _overlaps(recording: Recording, actor: int) -> bool:
 def _head(recording: Recording, stem: str, kept: Sequence[_Role], partner: int) -> Iterator[str]:
     searched = [role for role in kept if role.actor in (0, partner) and _is_replayed(recording, role)]
     names = " and ".join(role.name for role in searched)
-    told = (
+    reported = (
         f"Recorded: {len(kept)} actors over {_number(_end(recording))} s. Params move the starts of {names} along their"
         " ways, and let time pass faster or slower for them."
         if searched
@@ -208,7 +208,7 @@ def _head(recording: Recording, stem: str, kept: Sequence[_Role], partner: int) 
     seen = " ".join(f"-p {role.param}_AHEAD=0 -p {role.param}_PACE=1" for role in searched)
     yield f'"""{_plain(recording.name)}'
     yield ""
-    yield from wrap(told, WIDTH)
+    yield from wrap(reported, WIDTH)
     if searched:
         yield f"As recorded: cortexc {_plain(stem)}.scn {seen}"
     yield '"""'

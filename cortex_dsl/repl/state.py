@@ -61,7 +61,7 @@ class Kernels:
     failed: list[BaseException] = field(default_factory=list)
     heard: ExitStack = field(default_factory=ExitStack)
     listening: bool = False
-    told: bool = False
+    reported: bool = False
     """Whether the present command has said that it waits."""
 
     def start(self) -> None:
@@ -96,14 +96,14 @@ class Kernels:
         if self.thread is not None:
             self._wait_for(self.thread, terminal)
         if compile_kernels(terminal, parts, program, config):
-            self.told = True
+            self.reported = True
 
     def _wait_for(self, thread: threading.Thread, terminal: "Terminal") -> None:
         from cortex_dsl.console.kernels import show_compilation
 
         thread.join(PATIENCE)
         if thread.is_alive():
-            self.told = True
+            self.reported = True
             if self.missing is None:
                 terminal.err.print("loading kernels …", style="quiet")
         while thread.is_alive():
@@ -122,8 +122,8 @@ class Kernels:
         from engine.compiling import before_compiling
 
         def tell() -> None:
-            if not self.told and threading.current_thread() is not self.thread:
-                self.told = True
+            if not self.reported and threading.current_thread() is not self.thread:
+                self.reported = True
                 terminal.err.print(COMPILING, style="quiet")
 
         self.heard.enter_context(before_compiling(tell))
@@ -132,7 +132,7 @@ class Kernels:
     def over(self) -> None:
         """A command is done."""
         self.heard.close()
-        self.listening = self.told = False
+        self.listening = self.reported = False
 
     def _work(self) -> None:
         try:

@@ -151,13 +151,13 @@ class Driven:
             *(f"{failure.message}{RECOVERED}" for failure in self.recovered),
         )
 
-    def tell(self, told: set[str] | None = None) -> "Driven":
-        """Log each kind of failure that `told` does not contain yet, add it there, and return these scenes."""
-        told = set() if told is None else told
+    def tell(self, reported: set[str] | None = None) -> "Driven":
+        """Log each kind of failure that `reported` does not contain yet, add it there, and return these scenes."""
+        reported = set() if reported is None else reported
         for failures, more, end in ((self.failures, "scene", ""), (self.recovered, "time", RECOVERED)):
-            for line in _in_brief([each for each in failures if each.kind not in told], more):
+            for line in _in_brief([each for each in failures if each.kind not in reported], more):
                 LOG.warning("%s%s", line, end)
-            told.update(each.kind for each in failures)
+            reported.update(each.kind for each in failures)
         return self
 
 
@@ -312,14 +312,14 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
         LostError: it has failed over `HOPELESS` scenes, and none has ever come to its end.
     """
     rows, before, failed = np.flatnonzero(scenes.valid), len(work.failures), list[ControllerError]()
-    told = len(work.recovered)
+    reported = len(work.recovered)
     while len(failed) < TWICE:
         try:
             actions = _drive_block(work, scenes, room)
         except LostError as error:
             failed.append(error)
             work.history.lost -= len(work.failures) - before
-            del work.failures[before:], work.recovered[told:]
+            del work.failures[before:], work.recovered[reported:]
         else:
             work.recovered.extend(failed)
             work.history.finished |= bool(np.isin(work.runs.results.verdict[rows], ENDS).any())

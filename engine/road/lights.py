@@ -26,8 +26,8 @@ def lights_for_nobody(network: Network) -> int:
     """Return the number of lights of the file that apply to no lane into an intersection."""
     led = {lane.id for each in network.intersections for leg in each.legs for lane in leg.incoming_lanes}
     lights = _lights(network)
-    told = {sign.id for sign in lights if not led.isdisjoint(_told(network, sign))}
-    return len({sign.id for sign in lights} - told)
+    reported = {sign.id for sign in lights if not led.isdisjoint(_told(network, sign))}
+    return len({sign.id for sign in lights} - reported)
 
 
 def _lights(network: Network) -> list[RoadSign]:

@@ -105,12 +105,12 @@ def _simulator(
     they are driven; the world host then simulates them a second time.
     """
     simulate, batched = make_host(program, config), config.search.engine == "batch"
-    told = set[str]()
+    reported = set[str]()
 
     def run(scenes: Scenes) -> Simulated:
         if config.driver is not None:
             done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
-            done.tell(told)
+            done.tell(reported)
             return done.scenes, done.outcomes if batched else simulate(done.scenes), None
         if gaps and batched:
             from engine.batch import simulate_with_gaps

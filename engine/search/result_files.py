@@ -204,8 +204,8 @@ def broken_by(evaluations: Evaluations, objectives: Sequence[str]) -> dict[str, 
     broken = evaluations.rollouts.broken[evaluations.simulated]
     counts: list[float] = np.nansum(broken, axis=(0, 1)).tolist()
     is_number = np.isnan(broken).sum(axis=(0, 1)) < broken.shape[0] * broken.shape[1]
-    told: list[bool] = is_number.tolist()
-    return {name: int(count) for name, count, says in zip(objectives, counts, told, strict=True) if says}
+    reported: list[bool] = is_number.tolist()
+    return {name: int(count) for name, count, says in zip(objectives, counts, reported, strict=True) if says}
 
 
 def collisions_by_partner(evaluations: Evaluations, actors: Sequence[str]) -> dict[str, Any]:

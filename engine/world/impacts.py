@@ -72,8 +72,8 @@ class Recorder:
         Bodies beyond those in `masses` are buildings.
         """
         meetings = [*self._closed, *self._open.values()]
-        told = (_impact(meeting, masses) for meeting in sorted(meetings, key=lambda m: (m.time, m.pair)))
-        return tuple(impact for impact in told if max(impact.delta_v) >= least_change)
+        reported = (_impact(meeting, masses) for meeting in sorted(meetings, key=lambda m: (m.time, m.pair)))
+        return tuple(impact for impact in reported if max(impact.delta_v) >= least_change)
 
     def _guarded(self, callback: Callable[[pymunk.Arbiter], None]) -> Callable[..., None]:
         def call(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:

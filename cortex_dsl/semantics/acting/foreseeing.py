@@ -65,7 +65,7 @@ class Extent:
 
     near: Term | float = math.inf
     oncoming: Term | float = math.inf
-    """For an actor that comes towards the driver; the greater of both is taken."""
+    """The same for an actor that comes towards the driver; the greater of both is taken."""
 
     def unless(self, needed: Term) -> "Extent":
         """Return an extent without limits while a condition holds."""

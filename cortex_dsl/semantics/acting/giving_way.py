@@ -218,8 +218,8 @@ def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
     It comes to rest before outlines touch, or the other actor is about to arrive.
     """
     inside = (conflict.enter <= 0.0) & (conflict.back < math.inf)
-    rests = conflict.back + stopping_distance(job) < TOUCHING
-    return inside & ~is_out_before(conflict, lost) & (rests | (conflict.their_arrival < AT_ONCE))
+    comes_to_rest = conflict.back + stopping_distance(job) < TOUCHING
+    return inside & ~is_out_before(conflict, lost) & (comes_to_rest | (conflict.their_arrival < AT_ONCE))
 
 
 def _is_free_behind(job: Job) -> Term:

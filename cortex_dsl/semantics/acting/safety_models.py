@@ -166,12 +166,12 @@ def _after_a_while(
     forget = ir.SetLocal(span, number, algebra.literal(NOT_RISKY))
     for_long = now - since
     begun = (since >= 0.0) & moves(job) & (for_long >= late - 1e-9)
-    built_up = JERK * (for_long - late)
+    ramped = JERK * (for_long - late)
     never, note = ((), ()) if targets is None else (targets.forget, targets.note)
     handlers = (
         (risk & (since < 0.0), (ir.SetLocal(span, number, now),)),
         (~risk & (since >= 0.0), (forget,)),
-        (begun, (*note, _brake(job, on, minimum(deceleration, built_up), note), forget)),
+        (begun, (*note, _brake(job, on, minimum(deceleration, ramped), note), forget)),
     )
     first = () if targets is None else (targets.gone,)
     return (*never, forget, ir.TryInterrupt(span, inner_acts(job), (*first, *handlers)))

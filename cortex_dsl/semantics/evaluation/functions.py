@@ -16,7 +16,7 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of, number_for
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Closure, Function, Items, Kept, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import Actor, Closure, Filtered, Function, Items, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.tree import everything_in
@@ -192,7 +192,7 @@ def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value
 
 def _kept(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -> tuple[Value, ...]:
     purpose = "the condition of `filter`"
-    return Kept(item for item in among if known_truth(ev, closure.apply(item), span, purpose)).of(tuple(among))
+    return Filtered(item for item in among if known_truth(ev, closure.apply(item), span, purpose)).of(tuple(among))
 
 
 OF_THE_PLAN = frozenset({"signal", "signals", "isSignalized"})

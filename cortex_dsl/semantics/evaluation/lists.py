@@ -24,8 +24,8 @@ from cortex_dsl.semantics.model.values import (
     Closure,
     DirectionField,
     Effect,
+    Filtered,
     Items,
-    Kept,
     Quantity,
     Value,
     Vector,
@@ -159,7 +159,7 @@ def _what_there_is(items: tuple[Value, ...]) -> tuple[str, str]:
     """Return why a list is empty if a condition filtered its items, and the available items."""
     if items:
         return "", f"items count from 0: `[0]` to `[{len(items) - 1}]`; `[-1]` is the last"
-    among = items.among if isinstance(items, Kept) else ()
+    among = items.among if isinstance(items, Filtered) else ()
     if not among:
         return "", "the list is empty"
     kinds = {kind_name(item).split(" ", 1)[-1] if isinstance(item, NAMED) else "item" for item in among}

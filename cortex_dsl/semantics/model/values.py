@@ -358,7 +358,7 @@ class ScenarioCall:
 # -- lists with their origin -------------------------------------------------------------------------------------------
 
 
-class Kept(tuple[Value, ...]):
+class Filtered(tuple[Value, ...]):
     """Items that a condition selected of `among`; `among` is empty for a list without a condition."""
 
     among: tuple[Value, ...] = ()
@@ -368,5 +368,5 @@ class Kept(tuple[Value, ...]):
         return self
 
 
-class Items(Kept):
+class Items(Filtered):
     """A list of the file. Unlike tuples, lists with equal items are distinct, so that `append` finds its list."""

@@ -95,9 +95,9 @@ def _own_tracks(reader: Any, name: str) -> Tracks:
             numbers = json.loads(message.data)
             for entity in boxes.pop(message.log_time)["entities"]:
                 seconds = (message.log_time - begin) / 1e9
-                told = numbers[entity["id"]]
-                own = _sample(entity["cubes"][0], seconds, float(told["speed"]))
-                samples.setdefault(entity["id"], []).append((*own, float(told.get(SLIDES, 0.0))))
+                reported = numbers[entity["id"]]
+                own = _sample(entity["cubes"][0], seconds, float(reported["speed"]))
+                samples.setdefault(entity["id"], []).append((*own, float(reported.get(SLIDES, 0.0))))
     if not samples:
         raise InterchangeError("nobody moves in it", "record one actor at least", name)
     nothing: Mapping[str, str] = {}

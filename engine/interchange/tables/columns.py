@@ -200,14 +200,14 @@ def _told(names: Sequence[str], place: str, named: Mapping[str, str]) -> dict[in
 
 
 def _plain(
-    names: Sequence[str], place: str, rate: float | None, told: Mapping[int, str] = NO_COLUMNS
+    names: Sequence[str], place: str, rate: float | None, reported: Mapping[int, str] = NO_COLUMNS
 ) -> dict[str, Column]:
-    """Return columns by their names, with the units in these; `told`: meanings of some columns by number."""
+    """Return columns by their names, with the units in these; `reported`: meanings of some columns by number."""
     found: dict[str, Column] = {}
-    taken = {_meaning(name, place)[0] for name in told.values()}
+    taken = {_meaning(name, place)[0] for name in reported.values()}
     for index, name in enumerate(names):
-        if index in told:
-            meaning, unit = _meaning(told[index], place)
+        if index in reported:
+            meaning, unit = _meaning(reported[index], place)
             own = SUFFIX.search(name)
             unit = unit or (own.group(1).strip() if own and own.group(1).strip() in _units(meaning) else "")
         else:

@@ -216,14 +216,14 @@ def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, f
     sound = drawn[(runs.verdict == Verdict.VALID) & ~runs.collided]
     rule = _rule(np.concatenate([own, sound]), np.arange(len(own) + len(sound)) < len(own), box)
     base = rate(runs)
-    rule, told = _judged(rule, base, fresh)
+    rule, reported = _judged(rule, base, fresh)
     middle = np.median(units[members], axis=0)
     return Cluster(
         rows=tuple(members.tolist()),
         example=int(members[np.argmin(np.abs(units[members] - middle).sum(axis=1))]),
         conditions=rule,
         coverage=_mean(_meet(own, rule)),
-        fresh=told,
+        fresh=reported,
         base=base,
     )
 

@@ -114,9 +114,9 @@ class TrustRegions(InCube):
         self._value = np.append(self._value, [results[slot].continuous for slot in known])
         self._kinds += [kind_of(results[slot]) for slot in known]
         for region in self._regions:
-            told = [(results[slot].continuous, slot) for slot in region.slots if results[slot].selectable]
+            reported = [(results[slot].continuous, slot) for slot in region.slots if results[slot].selectable]
             region.failures += sum(results[slot].failure for slot in region.slots)
-            best, slot = max(told, default=(-np.inf, -1))
+            best, slot = max(reported, default=(-np.inf, -1))
             if best > region.best:
                 region.best, region.centre = best, self._points[slot]
                 region.side = min(WIDEST, 2.0 * region.side)
