@@ -33,7 +33,7 @@ from cortex_dsl.report.blocks import (
 )
 from cortex_dsl.report.findings.readable import percent, ratio, shortened, whole
 from cortex_dsl.report.terminal.scene_view import compact_legend, draw_close, draw_scene, scene_view
-from cortex_dsl.report.terminal.theme import MARGIN, bar, columns, heading, indented, left, right, sparkline
+from cortex_dsl.report.terminal.theme import LEVELS, MARGIN, bar, columns, heading, indented, left, right, sparkline
 
 LEAST_PANEL, GAP = 24, 2
 """Columns of a narrow drawing, and between two drawings."""
@@ -49,6 +49,7 @@ SPARKS = 4
 SHADES = " ·░▒▓█"
 """Shades of a cell: no run, no failure, then increasing counts of failures."""
 PLAIN_SHADES = " .:+*#"
+PLAIN_LEVELS = str.maketrans(LEVELS, "_.-:=+*#")
 
 
 def rendered(view: Block, width: int, *, ascii_only: bool = False, depth: int = 0) -> RenderableType:
@@ -74,7 +75,7 @@ def text_of(words: Words, style: str = "", width: int = 80, *, ascii_only: bool 
 def _drawn(part: Value, width: int, ascii_only: bool) -> Text:
     match part:
         case Gauge(share=share, length=length, rest=rest):
-            drawn = "#" * round(share * length) if ascii_only else bar(share, 1.0, length)
+            drawn = _filled(share, length, ascii_only)
             return Text.assemble((drawn, part.style), (rest * (length - len(drawn)), "quiet"))
         case Place(share=share, ends=(low, high)):
             at = max(0, min(PLACES - 1, round(share * (PLACES - 1))))
@@ -83,9 +84,17 @@ def _drawn(part: Value, width: int, ascii_only: bool) -> Text:
             return Text.assemble((before, "quiet"), (mark, "bar"), (after, "quiet"))
         case Spark():
             room = min(part.length, max(LEAST_WRAP, (width + MARGIN) // SPARKS))
-            return Text("" if ascii_only else sparkline(part.values, room, part.low, part.high), part.style)
+            return Text(_series(sparkline(part.values, room, part.low, part.high), ascii_only), part.style)
         case _:
             return Text(part.text, part.style)
+
+
+def _filled(share: float, length: int, ascii_only: bool) -> str:
+    return "#" * round(share * length) if ascii_only else bar(share, 1.0, length)
+
+
+def _series(drawn: str, ascii_only: bool) -> str:
+    return drawn.translate(PLAIN_LEVELS) if ascii_only else drawn
 
 
 def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[RenderableType]:
@@ -104,11 +113,13 @@ def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[R
         case Table():
             yield _table(block, width, ascii_only)
         case Bars(rows, total):
-            yield columns(right(), right(), left(), left(wrap=True), rows=[_bar(each, total) for each in rows])
+            yield columns(
+                right(), right(), left(), left(wrap=True), rows=[_bar(each, total, ascii_only) for each in rows]
+            )
         case Grid():
             yield _grid(block, width, PLAIN_SHADES if ascii_only else SHADES)
         case Curve():
-            yield _curves(block, width)
+            yield _curves(block, width, ascii_only)
         case Picture(panels, rows):
             yield from _pictures(panels, rows, width, ascii_only)
         case Code(text, label, apart):
@@ -175,12 +186,12 @@ def _widths(columns: Sequence[Column], cells: Sequence[Sequence[Text]], *, wrap:
     ]
 
 
-def _bar(each: Bar, total: int) -> tuple[Text, Text, Text, Text]:
+def _bar(each: Bar, total: int, ascii_only: bool) -> tuple[Text, Text, Text, Text]:
     share = ratio(each.count, total)
     return (
         Text(whole(each.count)),
         Text(percent(share) if share >= 0.0005 or not each.count else "< 0.1 %"),
-        Text(bar(share, 1.0, BAR), each.style or "bar"),
+        Text(_filled(share, BAR, ascii_only), each.style or "bar"),
         Text(each.text, each.style),
     )
 
@@ -213,13 +224,13 @@ def _mark(grid: Grid, i: int, j: int, most: int, width: int, shades: str) -> tup
     return shades[2 + shade] * width, "bad"
 
 
-def _curves(block: Curve, width: int) -> RenderableType:
+def _curves(block: Curve, width: int, ascii_only: bool) -> RenderableType:
     labels = max(len(line.label.text) for line in block.lines)
     room = max(10, min(48, width - labels - EXTENT))
     rows = [
         (
             text_of(line.label),
-            Text(sparkline(_stretched(line.values, room), room, low=0.0), line.label.style),
+            Text(_series(sparkline(_stretched(line.values, room), room, low=0.0), ascii_only), line.label.style),
             Text(line.extent, "quiet"),
         )
         for line in block.lines

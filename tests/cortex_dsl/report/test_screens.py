@@ -48,8 +48,10 @@ from cortex_dsl.report.page.markup import render as markup
 from cortex_dsl.report.page.render import nodes
 from cortex_dsl.report.terminal import render as terminal
 from cortex_dsl.report.terminal.theme import THEME
+from cortex_dsl.report.views.measures import run_details
 from cortex_dsl.report.views.run import LINES, run_screen
 from cortex_dsl.report.views.search import comparison_screen, search_screen
+from cortex_dsl.report.views.search_details import paper_details, search_details
 from engine.program import Program
 from engine.risk import HIGHEST_RISK
 from engine.strict_json import json_text
@@ -300,7 +302,11 @@ def _tree(content: str) -> Iterator[dict[str, Any]]:
 def test_screens_fit(program: Program, run: RunReport, report: SearchReport, width: int, ascii_only: bool) -> None:
     """Whatever the width; without Unicode the drawings are plain characters; without colour nothing is lost."""
     several = comparison_screen(program, [report, replace(report, campaign=replace(report.campaign, method="lhs"))], "")
-    for view in (run_screen(run), search_screen(program, report, "30 x 100, seed 4"), several):
+    details = [*run_details(run), paper_details([report], "30 x 100"), *search_details(program, report)]
+    screens = run_screen(run), search_screen(program, report, "30 x 100, seed 4"), several
+    for view in (*screens, Title("Details", details)):
+        assert markup(nodes(view))
+        assert json_text(blocks_content(view))
         text = text_of(view, width, ascii_only=ascii_only)
         assert max(map(len, text.splitlines())) <= width
         if ascii_only:
