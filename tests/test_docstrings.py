@@ -22,7 +22,7 @@ OLD_NAMES = {
     *("_may_go_on", "_loosen", "settle_others", "wedged", "touch_down", "Pushed"),
     *("built_up", "Blow", "toss_coins", "look_at", "look_past", "look_around"),
     *("blame_rows", "drive_again", "Stay", "Crowd", "Stage", "lane_with"),
-    *("telling", "rests", "take_up", "lay_down", "begin_lanes", "Orders"),
+    *("telling", "told", "rests", "take_up", "lay_down", "begin_lanes", "Orders"),
     *("TOLD", "told_at", "told_pages", "note_decisions", "tell_decisions", "note_asked"),
     *("note_running", "Seat", "is_hopeless", "asked_patiently", "Drives", "anew"),
     *("afresh", "KeptActions", "keep_others", "keep_worst", "how_again", "kept_actions"),

@@ -56,7 +56,7 @@ print([(name, column.tolist()) for name, column in table.items() if "sum" in nam
 LOADED = """
 import sys
 from cortex_dsl.__main__ import process
-from cortex_dsl.api import loading, runs
+from cortex_dsl.api import runs, scenario
 from cortex_dsl.cli import main
 from cortex_dsl.report.page import run_page
 from engine import batch, world
@@ -125,7 +125,7 @@ def test_reports_and_their_json_have_it(product: Product) -> None:
     assert document["pairs"][0][NAME] == pytest.approx(10.0)
     (metric,) = [each for each in document["metrics"] if each["name"] == SYMBOL]
     assert (metric["unit"], metric["meaning"]) == ("m/s", MEANING)
-    report = product.run(RUN, "meeting.scn")
+    report = product.run(RUN, "meeting.scn", "--metrics")
     assert SYMBOL in report
     assert MEANING in report
 

@@ -36,7 +36,7 @@ BEFORE = {
 LOADED = """
 import sys
 from cortex_dsl.__main__ import process
-from cortex_dsl.api import loading
+from cortex_dsl.api import scenario
 from cortex_dsl.cli import main
 from engine import batch, world
 from engine.interchange.openscenario import maneuvers

@@ -183,7 +183,7 @@ _STUDY = Condition("a study, which continues as it was begun", lambda options: i
 
 RESUME = Command(
     name="resume",
-    usage="RUN [--generations N] [--metrics] [--paper] [--jobs N] [--json]",
+    usage="RUN [--generations N] [--jobs N] [options]",
     description="Continue a search or a study that was stopped with Ctrl-C, or killed.",
     options=(
         replace(run_of("resume"), help="a run directory, or that of a study"),

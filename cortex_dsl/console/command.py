@@ -391,7 +391,7 @@ JSON = Option("--json", "one JSON document on stdout, and nothing else there", d
 METRICS = Option("--metrics", "show every measure, the params, and how runs ended", default=False, excludes=("json",))
 PAPER = Option(
     "--paper",
-    "show the figures of the paper: RL, NC, MDG, MDEC and NIS by generation",
+    "show the figures of the paper: RL, NC, MDG, MDEC, NIS",
     default=False,
     excludes=("json",),
 )

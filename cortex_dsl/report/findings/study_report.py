@@ -142,12 +142,12 @@ def verdict_line(plan: Plan, comparisons: Sequence[Comparison]) -> str:
         [method for method in plan.contenders if any(getattr(row, field) for row in rows if row.method == method)]
         for field in ("beats", "loses")
     )
-    told = [
+    reported = [
         f"{', '.join(methods)} {word} {PRIMARY.name} than {plan.baseline}"
         for methods, word in ((better, "more"), (worse, "fewer"))
         if methods
     ]
-    return f"Decided: {'; '.join(told)}" if told else f"Decided: no clear difference from {plan.baseline}"
+    return f"Decided: {'; '.join(reported)}" if reported else f"Decided: no clear difference from {plan.baseline}"
 
 
 def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:

@@ -47,8 +47,8 @@ class KernelProgress:
 
     def tell(self) -> None:
         """Count the kernels in the cache."""
-        told, self.kernels = self.kernels, count_kernels(self.folder) - self.before
-        if self._live is None and self.kernels != told:
+        reported, self.kernels = self.kernels, count_kernels(self.folder) - self.before
+        if self._live is None and self.kernels != reported:
             self.console.print(self._line())
 
     def _line(self) -> RenderableType:

@@ -226,9 +226,9 @@ def _line(drawn: Columns, row: int, ascii_only: bool) -> Text:
     line = Text()
     nothing = np.zeros_like(drawn.heights)
     marked, before = (nothing if each is None else each for each in (drawn.marked, drawn.before))
-    for height, told, prior in zip(drawn.heights.tolist(), marked.tolist(), before.tolist(), strict=True):
+    for height, reported, prior in zip(drawn.heights.tolist(), marked.tolist(), before.tolist(), strict=True):
         part = height - row
-        if told > row and told - row >= min(0.5, part / 2):
+        if reported > row and reported - row >= min(0.5, part / 2):
             line.append("x" if ascii_only else "▓", "bad")
         elif part >= 1 - 1 / 16:
             line.append("#" if ascii_only else EIGHTHS[8], "bar")

@@ -271,8 +271,8 @@ def _probability(program: Program, found: Probability) -> Iterator[Block]:
     yield Note(counts_text(found), "quiet")
     missing = (0,) * (len(program.actors) - 1 - len(found.by_partner))
     met = partners_text(program.actors, Partners(found.by_partner + missing, found.without_ego))
-    told = f"collisions {met}" if met and found.method == "mc" and not found.of else ""
-    lines = (told, HOW[found.method], effective_text(found), levels_text(found), EXPOSURE, SAMPLE_TIME)
+    reported = f"collisions {met}" if met and found.method == "mc" and not found.of else ""
+    lines = (reported, HOW[found.method], effective_text(found), levels_text(found), EXPOSURE, SAMPLE_TIME)
     yield from (Note(line, "quiet") for line in lines if line)
 
 

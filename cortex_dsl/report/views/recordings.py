@@ -39,11 +39,11 @@ def measured_view(report: MeasuredReport) -> Title:
     actors, pair, provenance = report.cast.actors, report.pair, recording.provenance
     moment = moment_of(outcomes, trajectory, pair)
     drawing = Drawing(report.lines, actors, trajectory, moment, pair, NO_KINDS)
-    told = Title("What happened", [timeline(recorded_story(report), actors)], f"as recorded in {report.file}")
+    reported = Title("What happened", [timeline(recorded_story(report), actors)], f"as recorded in {report.file}")
     blocks: list[Block] = [
         _headline(report),
         Title("Scene", [Picture([Panel(drawing)])], _size(recording)),
-        told,
+        reported,
         course(trajectory, actors, float(outcomes.end_time[0]), pair, paired=report.paired),
         *_judgement(report),
     ]

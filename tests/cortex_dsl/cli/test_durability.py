@@ -46,7 +46,9 @@ KILLS = (
     ("worst/02.scn", 1, GENERATIONS),
     ("UPDATE status", 2, GENERATIONS),  # the first one says `running`, this one `finished`
 )
-"""Before which statement or file `resume` is killed, the how many-th, and the generations that are written by then."""
+"""Statement, or file that is moved to its place, before which `resume` is killed, the how many-th, and the generations
+that are written by then.
+"""
 IN_NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-ec"]
 
 Command = Callable[..., Any]
@@ -102,11 +104,11 @@ def connect(*arguments, connect=sqlite3.connect, **options):
 
 sqlite3.connect = connect
 sys.addaudithook(
-    lambda event, values: reached(left > 0 and event == "open" and str(values[0]).endswith(moment))
+    lambda event, values: reached(left > 0 and event == "os.rename" and str(values[1]).endswith(moment))
 )
 sys.exit(main(sys.argv[3:]))
 """
-"""A command that is killed just before its n-th statement of a kind, or before it opens a file for the n-th time."""
+"""A command that is killed before its n-th statement of a kind, or before it moves a file to its place."""
 Kill = Callable[..., None]
 
 

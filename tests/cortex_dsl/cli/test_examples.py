@@ -98,7 +98,9 @@ def test_what_is_shown_can_be_typed(cortexc: Command, tmp_path: Path, monkeypatc
     assert "`cortexc ./-x.scn` runs it" in cortexc("new", "./-x.scn").out
     assert "`cortexc 'a b.scn'` runs it" in cortexc("new", "a b.scn").out
     assert "cortexc ./-x.scn --seed 0" in cortexc("./-x.scn").out
-    assert "cortexc './-o p/worst/01.scn'" in cortexc("a b.scn", "--random", "--generations", 1, "--out", "./-o p").out
+    found = cortexc("a b.scn", "--random", "--generations", 1, "--out", "./-o p").out
+    assert "cortexc report './-o p' --open" in found
+    assert "cortexc resume './-o p' --metrics" in found
 
 
 def test_new_writes_over_nothing(cortexc: Command, tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ def test_every_method_runs_to_its_report(cortexc: Command, left_turn: Path, tmp_
     """And its journal opens again."""
     result = cortexc(left_turn, "--method", name, *SMALL, "--out", tmp_path / "run")
     assert result.code == 0
-    assert "among 36 individuals" in result.out
+    assert "36 runs in" in result.out
     run = open_run(tmp_path / "run")
     assert (run.record.manifest.method, run.record.status, run.edited) == (name, "finished", ())
 

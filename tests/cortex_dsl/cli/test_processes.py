@@ -74,7 +74,7 @@ class Asked(type):
 class Operand(metaclass=Asked):
     pass
 
-_install_signal_handlers()
+_install_signal_handlers([])
 try:
     for _ in range(100_000):
         np.arange(3) == Operand()
@@ -99,7 +99,7 @@ def interrupt(frame, event, _argument):
             os.kill(os.getpid(), int(sys.argv[1]))
         frame = frame.f_back
 
-_install_signal_handlers()
+_install_signal_handlers([])
 sys.setprofile(interrupt)
 try:
     import numpy

@@ -62,9 +62,9 @@ sys.path.insert(0, os.getcwd())
 warnings.simplefilter("error")
 import numba
 numba.__version__ = os.environ.get("PRETENDED_NUMBA", numba.__version__)
-from engine.kernels.jit import cache_folder
+from engine.kernels.jit import cache_folder, packaged
 from engine.kernels.outer import outer
-cached = any(cache_folder().rglob("*.nbc"))
+cached = packaged() is not None or any(cache_folder().rglob("*.nbc"))
 if "COMPILE_BEFORE" in os.environ:
     from engine.kernels.jit import kernel
     for _ in range(5):
