@@ -21,6 +21,10 @@ A_MOMENT = 0.001
 """Delay before a signal that arrived at an unsafe time is delivered again [s]."""
 IMPORTS_OF_EXTENSIONS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
 """Functions of Python that are on the stack while an extension module is imported."""
+CALLED_BY_NUMBA = ("typeof_pyval", "_numba_unpickle")
+"""Functions of Python that numba's machine code calls for arguments and results of kernels."""
+PYMUNK = f"{os.sep}pymunk{os.sep}"
+"""Part of the path of the files of pymunk."""
 
 
 def process() -> int:
@@ -99,14 +103,20 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
     Of a hundred interrupts of a search three were lost while numpy checked whether an operand is an array, as it treats
     every exception there as a no: it looks an attribute up, for which the classes of enumerations have a `__getattr__`
     in Python until Python 3.11. An extension module replaces an exception during its import by an error of its own:
-    numpy advises to install it anew.
+    numpy advises to install it anew. Machine code of numba crashes after an exception in what it calls to read and make
+    records. Pymunk prints the exceptions of its callbacks, and frees objects that were half made.
     """
+    if frame is not None and str(frame.f_globals.get("__name__", "")).startswith("namedtuple_"):
+        return True
     stack = []
     while frame is not None:
         stack.append(frame.f_code)
         frame = frame.f_back
-    is_looked_up = any(code.co_name == "__getattr__" for code in stack[:2])
-    return is_looked_up or any(code in IMPORTS_OF_EXTENSIONS for code in stack)
+    if any(code.co_name == "__getattr__" for code in stack[:2]):
+        return True
+    return any(
+        code in IMPORTS_OF_EXTENSIONS or code.co_name in CALLED_BY_NUMBA or PYMUNK in code.co_filename for code in stack
+    )
 
 
 def _let_streams_end() -> None:

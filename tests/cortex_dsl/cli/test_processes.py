@@ -110,8 +110,33 @@ sys.exit(1)
 """An extension module of numpy imports a module in Python, which is interrupted."""
 
 
+SIMULATED = """
+import os, random, signal, sys, time
+from threading import Timer
+import cortex_dsl as cx
+from cortex_dsl.__main__ import _install_signal_handlers
+
+scenario = cx.load("examples/left_turn.scn")
+scene = scenario.scene_of_seed(4)
+scenario.watch(scene)
+_install_signal_handlers([])
+instants, heard = random.Random(1), 0
+for _ in range(80):
+    timer = Timer(instants.uniform(0.0, 0.04), os.kill, (os.getpid(), int(sys.argv[1])))
+    try:
+        timer.start()
+        while True:
+            scenario.watch(scene)
+    except KeyboardInterrupt:
+        heard += 1
+    timer.join()
+sys.exit(heard != 80)
+"""
+"""Records are passed to kernels, and pymunk calls back, at eighty instants of simulations in the world host."""
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("program", [ASKED, IMPORTED], ids=["operand", "import"])
+@pytest.mark.parametrize("program", [ASKED, IMPORTED, SIMULATED], ids=["operand", "import", "simulation"])
 def test_a_signal_is_heard_also_where_exceptions_are_dropped(program: str, number: int) -> None:
     """Where numpy would take the exception for a no, or replace it, it is raised a moment later."""
     words = [sys.executable, "-c", program, str(int(number))]
