@@ -79,6 +79,15 @@ class Spark(Value):
     high: float | None = None
 
 
+ACTOR_STYLES = 6
+"""Number of styles of actors: `actor.0`, that of the ego, to `actor.5`."""
+
+
+def actor_style(actor: int) -> str:
+    """Return the style of an actor: the ego has its own, many actors share the rest."""
+    return f"actor.{actor if actor == 0 else 1 + (actor - 1) % (ACTOR_STYLES - 1)}"
+
+
 Words: TypeAlias = str | Value | Sequence[str | Value]
 
 

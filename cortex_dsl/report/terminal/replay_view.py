@@ -10,11 +10,11 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
+from cortex_dsl.report.blocks import actor_style
 from cortex_dsl.report.findings.case_replay import CaseReplay, outline_corners
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.terminal.canvas import Canvas
 from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, draw_scene, mark_signals
-from cortex_dsl.report.terminal.theme import actor_style
 from engine.vocabulary import State
 
 FRAMES_PER_SECOND = 20.0

@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from cortex_dsl.report.blocks import Title
+from cortex_dsl.report.blocks import Title, actor_style
 from cortex_dsl.report.findings.case_replay import outline_corners
 from cortex_dsl.report.findings.driven_runs import ENDINGS, DrivenRuns, Ending
 from cortex_dsl.report.findings.readable import ABSENT, counted, percent, ratio, speed_unit, whole
@@ -17,7 +17,7 @@ from cortex_dsl.report.terminal.canvas import Canvas
 from cortex_dsl.report.terminal.render import parts as parts_view
 from cortex_dsl.report.terminal.requirements_view import blame_view, requirements_view
 from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, MIN_WIDTH_SIDE_BY_SIDE, draw_scene
-from cortex_dsl.report.terminal.theme import actor_style, bar, columns, left, right, section, title_of
+from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, title_of
 from cortex_dsl.report.views.measures import choices_views, params_table
 from engine.program import Program
 from engine.road.outline import Outline

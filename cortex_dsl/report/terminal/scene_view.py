@@ -8,11 +8,11 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from cortex_dsl.report.blocks import Drawing, KeyMoment
+from cortex_dsl.report.blocks import Drawing, KeyMoment, actor_style
 from cortex_dsl.report.findings.case_replay import outline_corners
 from cortex_dsl.report.findings.framing import heading_of_road
 from cortex_dsl.report.terminal.canvas import Canvas, Point, Window
-from cortex_dsl.report.terminal.theme import actor_style, columns, left
+from cortex_dsl.report.terminal.theme import columns, left
 from engine.road.outline import Outline
 from engine.scenes import Trajectory
 from engine.tables import Floats

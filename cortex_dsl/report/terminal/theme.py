@@ -43,14 +43,6 @@ THEME = Theme(
     }
 )
 
-ACTOR_STYLES = 6
-
-
-def actor_style(actor: int) -> str:
-    """The style of an actor: the ego is always the same, many actors share the rest."""
-    return f"actor.{actor if actor == 0 else 1 + (actor - 1) % (ACTOR_STYLES - 1)}"
-
-
 # -- layout: quiet headings, columns without boxes, two spaces of margin -----------------------------------------------
 
 MARGIN = 2

@@ -19,6 +19,7 @@ from cortex_dsl.report.blocks import (
     Title,
     Value,
     Words,
+    actor_style,
 )
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import Weighed
@@ -33,7 +34,7 @@ from cortex_dsl.report.findings.readable import (
     significant,
 )
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS, RunReport
-from cortex_dsl.report.views.run import actor_style, objectives_table, records_table, timeline
+from cortex_dsl.report.views.run import objectives_table, records_table, timeline
 from cortex_dsl.semantics.names.linking import FixedParam
 from engine.metrics import Metric
 from engine.outcomes import PAIRS, Outcomes

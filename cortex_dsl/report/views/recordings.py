@@ -5,7 +5,20 @@ from math import isfinite
 
 import numpy as np
 
-from cortex_dsl.report.blocks import Block, Column, Drawing, Facts, Note, Panel, Picture, Table, Title, Value, Words
+from cortex_dsl.report.blocks import (
+    Block,
+    Column,
+    Drawing,
+    Facts,
+    Note,
+    Panel,
+    Picture,
+    Table,
+    Title,
+    Value,
+    Words,
+    actor_style,
+)
 from cortex_dsl.report.findings.interchange_report import (
     LONGEST_TITLE,
     MeasuredReport,
@@ -17,7 +30,7 @@ from cortex_dsl.report.findings.ranking_report import RankedReport, Window, wind
 from cortex_dsl.report.findings.readable import counted, fixed
 from cortex_dsl.report.findings.story import moment_of
 from cortex_dsl.report.views.measures import WRAPS, course, measures_blocks, metrics_table, risk_view
-from cortex_dsl.report.views.run import actor_style, timeline
+from cortex_dsl.report.views.run import timeline
 from engine.interchange.recording import Recording
 from engine.tables import Ints
 

@@ -18,6 +18,7 @@ from cortex_dsl.report.blocks import (
     Title,
     Value,
     Words,
+    actor_style,
     height_of,
 )
 from cortex_dsl.report.findings.choices import made_choices
@@ -50,11 +51,6 @@ MORE = "--metrics shows"
 KIND_STYLES = {"contact": "bad", "impact": "bad", "closest": "warn", "left_road": "warn", "end": "title"}
 IMPORTANCE = ("contact", "impact", "end", "closest", "left_road", "brake", "rest", "start", "fastest")
 """Kinds of events in the order in which a short list keeps them."""
-
-
-def actor_style(actor: int) -> str:
-    """Return the style of an actor: the ego has its own, many actors share the rest."""
-    return f"actor.{actor if actor == 0 else 1 + (actor - 1) % 5}"
 
 
 def run_screen(report: RunReport) -> Title:
