@@ -52,7 +52,7 @@ quick: dev
 	$(PYTEST) --hypothesis-profile quick $(QUICK) $(patsubst %,--ignore=%,$(SLOW)) $(ARGS)
 
 night: dev
-	$(PYTEST) --hypothesis-profile night $(ARGS)
+	$(PYTEST) --hypothesis-profile night -o faulthandler_timeout=0 $(ARGS)
 
 # In an environment of its own: are the lower bounds of pyproject.toml true?
 lowest:

@@ -59,10 +59,12 @@ class Screen:
         self._read_until(lambda: self.text.count(expected) >= times)
         assert "Traceback" not in self.text
 
-    def press_ctrl_d(self) -> None:
-        """At an empty prompt: between two prompts the terminal itself takes the key, and the session never sees it."""
+    def press_ctrl_d(self, expected: str = "") -> None:
+        """Type it at an empty prompt: between two prompts the terminal itself takes the key, and the session never sees
+        it. `expected`: a text that the session answers; "": the session ends.
+        """
         self._read_until(lambda: self.screen.display[self.screen.cursor.y].strip() == "scn>")
-        self.type(CTRL_D)
+        self.send(CTRL_D, expected)
 
     def _read_until(self, is_there: Callable[[], bool]) -> None:
         deadline = time.monotonic() + PATIENCE
@@ -84,8 +86,12 @@ class Screen:
         """Return the exit status, once the session has ended."""
         self.has_ended = True
         os.close(self.theirs)
-        while self._read(PATIENCE):
-            continue
+        deadline = time.monotonic() + PATIENCE
+        while self._read(0.05):
+            if time.monotonic() > deadline:
+                os.kill(self.session.pid, signal.SIGKILL)
+                self.session.end()
+                raise AssertionError(f"the session did not end:\n{self.text}")
         os.close(self.ours)
         return self.session.end().status
 
@@ -124,8 +130,7 @@ def test_typing_at_a_terminal(start: Start, tmp_path: Path) -> None:
     screen.send("with speed SPEED\r", "1 actor")
     screen.send(":lits\r", "did you mean `:list`")
     screen.send("half a li" + CTRL_C, "scn> half a li")
-    screen.press_ctrl_d()
-    screen.wait("not saved")
+    screen.press_ctrl_d("not saved")
     screen.press_ctrl_d()
     assert screen.end() == 0
     assert "require SPEEDD > 50 km/h" in (tmp_path / "state" / "cortexc" / "history").read_text()
@@ -138,7 +143,7 @@ def test_a_line_that_begins_with_blanks_is_taken_as_it_is(start: Start, tmp_path
     screen.wait("still to come: ego")
     screen.send("behavior Go():\r", "...")
     screen.send(f"{typed}\r\r", "scn>", 2)
-    screen.press_ctrl_d()
+    screen.press_ctrl_d("not saved")
     screen.press_ctrl_d()
     assert screen.end() == 0
     history = (tmp_path / "state" / "cortexc" / "history").read_text()
@@ -165,8 +170,7 @@ def test_a_dumb_terminal(start: Start) -> None:
     assert "SCN201" in screen.text
     screen.send(CTRL_C, "scn>", 4)
     screen.send(":list\r", "behavior Go():", 2)
-    screen.press_ctrl_d()
-    screen.wait("not saved")
+    screen.press_ctrl_d("not saved")
     screen.press_ctrl_d()
     assert screen.end() == 0
     assert b"\x1b" not in screen.raw
@@ -178,7 +182,8 @@ def test_a_history_that_cannot_be_written(start: Start, tmp_path: Path) -> None:
     screen = start()
     screen.send("x = 1 m\r", "session *")
     screen.send(UP, "scn> x = 1 m", 2)
-    screen.send(CTRL_C + CTRL_D, "not saved")
+    screen.type(CTRL_C)
+    screen.press_ctrl_d("not saved")
     screen.press_ctrl_d()
     assert screen.end() == 0
 
