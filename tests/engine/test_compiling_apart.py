@@ -22,10 +22,13 @@ param V = Range(1, 9) m/s
 ego = new Car at (0 m, 0 m), with speed V
 other = new Car at (0 m, 40 m), with speed V
 """
-FURTHER = SOURCE + """
+FURTHER = (
+    SOURCE
+    + """
 third = new Car at (0 m, 60 m), with speed V
 terminate when ego can see third
 """
+)
 """Actors other than the ego may touch, and one is seen: deferred kernels."""
 LONG = 60.0
 STARTED = 300.0

@@ -12,10 +12,10 @@ from cortex_dsl import Scenario, load
 from cortex_dsl.report.findings.cases_found import cases_found
 from cortex_dsl.report.findings.plotted import Plotted, Shown
 from cortex_dsl.report.terminal.plot_view import distribution_view, scatter_view, values_view
-from cortex_dsl.report.terminal.render import rendered
-from cortex_dsl.report.terminal.requirements_view import weighing_view
-from cortex_dsl.report.terminal.sample_view import still_view
+from cortex_dsl.report.terminal.render import parts, rendered
+from cortex_dsl.report.terminal.still_view import still_view
 from cortex_dsl.report.terminal.theme import THEME
+from cortex_dsl.report.views.requirements import weighing_view
 from cortex_dsl.report.views.search import worst_cases_table
 from engine.acceptance import account, measure_acceptance
 
@@ -28,9 +28,10 @@ def scenario() -> Scenario:
     return load(LEFT_TURN)
 
 
-def _weighed(scenario: Scenario, _width: int, ascii_only: bool) -> RenderableType:
+def _weighed(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType:
     few, many = (measure_acceptance(scenario.program, count) for count in (100, 20_000))
-    return weighing_view(few, account(many), {1}, ascii_only=ascii_only)
+    line, below = weighing_view(few, account(many), {1})
+    return parts([line, *below], width, ascii_only=ascii_only)
 
 
 def _plotted(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType:
