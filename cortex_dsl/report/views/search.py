@@ -264,7 +264,7 @@ def _case(each: CaseFound, names: Mapping[str, str], unit: SpeedUnit, sign: floa
 def _verdict(each: CaseFound) -> tuple[Words, Words]:
     """Return whether the reference driver avoids a case, and how much too late it brakes."""
     if each.case.lost:
-        return Value("the driver failed", "bad"), ""
+        return Value(f"driver failed at {fixed(each.end, 2)} s", "bad", each.end), ""
     if not each.case.collided:
         distance = each.case.min_distance
         return Value(f"{fixed(distance, 2)} m apart", "quiet", distance), ""

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console, RenderableType
 
 from cortex_dsl import Scenario, load
-from cortex_dsl.report.findings.cases_found import cases_found
+from cortex_dsl.report.findings.cases_found import cases_found, kinds_of_cases
 from cortex_dsl.report.findings.plotted import Plotted, Shown
 from cortex_dsl.report.terminal.plot_view import distribution_view, scatter_view, values_view
 from cortex_dsl.report.terminal.render import parts, rendered
@@ -18,6 +18,8 @@ from cortex_dsl.report.terminal.theme import THEME
 from cortex_dsl.report.views.requirements import weighing_view
 from cortex_dsl.report.views.search import worst_cases_table
 from engine.acceptance import account, measure_acceptance
+from engine.search.ranking import worst_cases
+from engine.vocabulary import Blame
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 Draw = Callable[[Scenario, int, bool], RenderableType]
@@ -138,3 +140,15 @@ def test_a_plot_of_what_is_always_the_same(scenario: Scenario) -> None:
     assert "rank correlation none" in shown(scatter_view(_shown(same, same), 80), 80)
     nothing = Shown((Plotted("x", "m", np.zeros(0)),), np.zeros(0, dtype=bool), ran=True, over_run=False, seed=0)
     assert "no scene is accepted" in shown(values_view(nothing, 80), 80)
+
+
+def test_avoidable_kinds_come_first(scenario: Scenario) -> None:
+    """As the headline counts them first; within both groups the order is that of the cases."""
+    campaign = scenario.search("random", generations=1, population=400)
+    kinds = kinds_of_cases(campaign.evaluations, campaign.blame, campaign.kinds, worst_cases(campaign.evaluations, 400))
+    avoidable = [found.kind.blame == Blame.AVOIDABLE for found, _ in kinds]
+    assert avoidable == sorted(avoidable, reverse=True)
+    assert len(set(avoidable)) == 2
+    for group in (True, False):
+        ranks = [case.rank for (_, case), each in zip(kinds, avoidable, strict=True) if each == group]
+        assert ranks == sorted(ranks)
