@@ -1,13 +1,11 @@
 """The report of one search: a page for decision makers and for the responsible engineer."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from cortex_dsl.api import opinions
-from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
-from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
+from cortex_dsl.report.findings.case_replay import CaseReplay, StoredRun, case_content, replay_of_case
 from cortex_dsl.report.findings.cases_found import kinds_of_cases
 from cortex_dsl.report.findings.failures import finds_of, order_text
 from cortex_dsl.report.findings.readable import counted, first_line
@@ -24,7 +22,7 @@ from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
-from engine.search.ranking import Case, worst_cases
+from engine.search.ranking import WORST, Case, worst_cases
 from engine.search.result_files import failures_content
 from engine.search.store import without_folders
 from engine.streams import format_key
@@ -48,34 +46,24 @@ LINKS = (
 class RunPage:
     """Everything that the page shows."""
 
-    run: OpenedRun
+    run: StoredRun
     worst: tuple[Case, ...]
     replays: tuple[CaseReplay, ...]
     analysis: Analysis
-    opinions: Mapping[str, str]
-    """Answers of `cortexc verify --model dynamic` by the keys of cases, if it was run."""
 
     @property
     def record(self) -> Record:
         return self.run.record
 
 
-def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
+def run_page(run: StoredRun, cases: int = CASES, budget: int = BUDGET) -> str:
     """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
-    chosen = first_cases(run, cases)
+    chosen = run.first_cases(cases)
     replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     profile = record.manifest.profile
     analysis = analyse(scenario.program, record.evaluations, scenario.config, profile, budget, WORST, run.blame)
-    return render_page(RunPage(run, chosen, replays, analysis, opinions.kept(run)))
-
-
-def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
-    """One case of a run, run again."""
-    manifest = run.record.manifest
-    remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
-    scenes = run.scene(case)
-    return replay_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
+    return render_page(RunPage(run, chosen, replays, analysis))
 
 
 def render_page(found: RunPage) -> str:
@@ -268,7 +256,7 @@ def _answer(found: RunPage, case: Case) -> Avoidability | None:
 
 def _opinion(found: RunPage, case: Case) -> str:
     """Return the result of `cortexc verify --model dynamic` for a case; "" without one."""
-    return found.opinions.get(format_key(case.key), "")
+    return found.run.opinions.get(format_key(case.key), "")
 
 
 def _course(found: RunPage) -> Element:

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from shlex import quote
 from typing import Any
 
-from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.report.blocks import Code, Facts, Note, Title
+from cortex_dsl.report.findings.case_replay import StoredRun
 from cortex_dsl.report.findings.failures import driver_failed_text, driver_text, finds_of, others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
@@ -166,7 +166,7 @@ NOTE = (
 HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
 
 
-def likely(run: OpenedRun) -> Element:
+def likely(run: StoredRun) -> Element:
     """The section of a run's page.
 
     Raises:
@@ -205,13 +205,13 @@ STREAMS = (
 )
 
 
-def ends(run: OpenedRun) -> Element:
+def ends(run: StoredRun) -> Element:
     rows, whole = how_runs_ended(run)
     note = "Every distinct simulation, by how it ended."
     return part("ends", "How runs ended", note, run_charts.bars(rows, whole))
 
 
-def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
+def how_runs_ended(run: StoredRun) -> tuple[list[tuple[str, int, str]], int]:
     """Return (words, count, style) of each ending, most frequent first, and their number."""
     rows = [(*_words(end), end.count) for end in ends_of(run.scenario.program, run.record.evaluations)]
     return [(text, count, style) for text, style, count in rows], sum(count for _, _, count in rows)
@@ -227,7 +227,7 @@ def _words(end: End) -> tuple[str, str]:
     return end.text, style
 
 
-def again(run: OpenedRun) -> Element:
+def again(run: StoredRun) -> Element:
     manifest, folder = run.record.manifest, without_folders(str(run.folder))
     command = markup.command_again(manifest.command_line) if manifest.command_line else ""
     facts = [

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
-from cortex_dsl.api.runs import every_case
 from cortex_dsl.cli import draw_modes
 from cortex_dsl.cli.entry import main
 from engine.driving import decisions
@@ -204,7 +203,7 @@ def test_scenes_over_which_a_driver_fails_are_kept(
     assert len(list(Path("run/failures").iterdir())) == min(10, lost.sum())
     assert main(["run/failures/01.scn", *drives]) == 2
     assert log[0] in " ".join(capsys.readouterr().err.split())
-    first = next(case for case in every_case(run) if case.lost) if goal else None
+    first = next(case for case in run.every_case() if case.lost) if goal else None
     assert (first is None) == (not goal)
     if first is not None:
         assert first.rank == 1
