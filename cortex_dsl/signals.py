@@ -1,8 +1,8 @@
 """Signals of the process: SIGINT and SIGTERM raise KeyboardInterrupt at a place where no caller drops the exception.
 
 The handler reads the frames of the stack. A flag that loops poll would need no frames, but it answers too late: the
-import of numba takes 2 to 3 s and a kernel compiles for up to 10 s without a call of our code, as do a user's driver and
-a foreign searcher; a handler that returns does not end `sleep`, `select` or the wait for an event (PEP 475).
+import of numba takes 2 to 3 s and a kernel compiles for up to 10 s without a call of our code, and so may a driver of a
+user; a handler that returns does not end `sleep`, `select` or the wait for an event (PEP 475).
 """
 
 import os
