@@ -79,7 +79,7 @@ def _of_grid(network: Network) -> Outline:
         kerbs=(
             *network.kerbs,
             *(_border(lane, kerb=True) for lane in road_lanes if lane.number == 1),
-            *_far_kerbs(network),
+            *(_border(road.forward.lanes[-1], kerb=False) for road in network.roads if not road.backward.lanes),
         ),
         middle_lines=tuple(
             _border(road.backward.lanes[-1], kerb=False) for road in network.roads if road.backward.lanes
@@ -149,11 +149,6 @@ def _parts(lines: Sequence[Floats], low: Floats, high: Floats) -> tuple[Floats, 
         edges = np.flatnonzero(np.diff(np.concatenate([[False], _passing(line, low, high), [False]])))
         parts += [line[first : last + 1] for first, last in edges.reshape(-1, 2).tolist()]
     return tuple(parts)
-
-
-def _far_kerbs(network: Network) -> tuple[Floats, ...]:
-    """Return the kerbs of one-way roads next to their fastest lanes."""
-    return tuple(_border(road.forward.lanes[-1], kerb=False) for road in network.roads if not road.backward.lanes)
 
 
 def _block(x: float, y: float, _heading: float, length: float, width: float) -> Floats:

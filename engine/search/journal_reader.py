@@ -226,12 +226,11 @@ def _json(field: str, value: str) -> Any:
 
 def _figures(generation: int, text: str) -> GenerationFigures:
     tables = json.loads(text)
-    by = {name: Figures(**{key: _number(value) for key, value in table.items()}) for name, table in tables.items()}
+    by = {
+        name: Figures(**{key: (float("nan") if value is None else value) for key, value in table.items()})
+        for name, table in tables.items()
+    }
     return GenerationFigures(generation, **by)
-
-
-def _number(value: Any) -> Any:
-    return float("nan") if value is None else value
 
 
 def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...], manifest: Manifest) -> Evaluations:

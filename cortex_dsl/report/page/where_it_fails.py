@@ -54,7 +54,7 @@ def dots(record: Record) -> dict[str, Any]:
             {"name": p.name, "unit": p.unit, "low": p.low, "high": p.high, "options": list(p.options)}
             for p in record.manifest.parameters
         ],
-        "values": [[_short(value) for value in column] for column in values.T.tolist()],
+        "values": [[float(f"{value:.4g}") for value in column] for column in values.T.tolist()],
         "kinds": [dot._asdict() for dot in _dots_of(finds_of(record.manifest.objective))],
         "kind": _kinds(evaluations)[rows].tolist(),
         "score": evaluations.score[rows].tolist(),
@@ -66,11 +66,6 @@ def _kinds(evaluations: Evaluations) -> Ints:
     """Return the kind (n,) of each individual."""
     lost = evaluations.verdict == Verdict.CONTROLLER
     return np.select([evaluations.found, lost, evaluations.valid], [FIND, LOSS, VALID], INVALID)
-
-
-def _short(value: float) -> float:
-    """Return a coordinate for the drawing, with four digits."""
-    return float(f"{value:.4g}")
 
 
 def _shown(evaluations: Evaluations) -> np.ndarray:

@@ -5,7 +5,7 @@ one per method, condition and event.
 import json
 import math
 from collections.abc import Callable
-from dataclasses import MISSING, Field, asdict, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -222,11 +222,13 @@ def _place(row: dict[str, Any]) -> tuple[Any, Any, Any]:
 
 def _probability(row: dict[str, Any]) -> Probability:
     """Return the estimate of a row; fields that an earlier version did not write are unknown."""
-    return Probability(**{field.name: _value(field.name, row[field.name]) for field in _needed(row)})
-
-
-def _needed(row: dict[str, Any]) -> list[Field[Any]]:
-    return [field for field in fields(Probability) if field.default is MISSING or field.name in row]
+    return Probability(
+        **{
+            field.name: _value(field.name, row[field.name])
+            for field in fields(Probability)
+            if field.default is MISSING or field.name in row
+        }
+    )
 
 
 _TEXTS = ("method", "condition", "score", "of")
