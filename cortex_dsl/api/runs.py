@@ -32,13 +32,12 @@ from engine.display import facts_table
 from engine.search.campaign import Campaign
 from engine.search.insight.kinds import blamed
 from engine.search.journal_reader import Record, damaged, read_journal
-from engine.search.manifest import Manifest, Text, check_program
+from engine.search.manifest import Manifest, ManifestError, Text, check_program
 from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, ObjectiveSpec
 from engine.search.ranking import WORST, Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, located
-from engine.search.typed import ManifestError
 from engine.tables import Ints
 
 if TYPE_CHECKING:

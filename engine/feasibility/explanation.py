@@ -16,8 +16,7 @@ import numpy as np
 
 from engine.atomic import write_one
 from engine.feasibility.contraction import ALIVE
-from engine.feasibility.narrowing import narrow
-from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
+from engine.feasibility.slices import MOST, Bench, Sliced, bit, narrow, slice_template
 from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Floats, Ints, Size

@@ -24,9 +24,8 @@ from engine.search.evaluations import (
     goal_of,
 )
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION, WITHOUT_CHAIN, has_chain
-from engine.search.manifest import Manifest, read_manifest
+from engine.search.manifest import Manifest, ManifestError, read_manifest
 from engine.search.store import StoreError, example_run, refuse_empty, store_errors
-from engine.search.typed import ManifestError
 from engine.tables import Floats, Ints
 
 NO_DAMAGE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
@@ -226,11 +225,12 @@ def _json(field: str, value: str) -> Any:
 
 def _figures(generation: int, text: str) -> GenerationFigures:
     tables = json.loads(text)
-    by = {
-        name: Figures(**{key: (float("nan") if value is None else value) for key, value in table.items()})
-        for name, table in tables.items()
-    }
+    by = {name: Figures(**{key: _number(value) for key, value in table.items()}) for name, table in tables.items()}
     return GenerationFigures(generation, **by)
+
+
+def _number(value: Any) -> Any:
+    return float("nan") if value is None else value
 
 
 def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...], manifest: Manifest) -> Evaluations:

@@ -1,20 +1,22 @@
 """The report of one search: a page for decision makers and for the responsible engineer."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
-from cortex_dsl.report.findings.case_replay import CaseReplay, StoredRun, case_content, replay_of_case
+from cortex_dsl.report.findings.case_replay import CaseReplay, StoredRun, case_content, outline_corners, replay_of_case
 from cortex_dsl.report.findings.cases_found import kinds_of_cases
 from cortex_dsl.report.findings.failures import finds_of, order_text
+from cortex_dsl.report.findings.framing import CARD, Frame, alike
 from cortex_dsl.report.findings.readable import counted, first_line
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
-from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, where_it_fails
+from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, scene_svg
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.render import words_of
-from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from cortex_dsl.report.views.search import kind_lines
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
@@ -27,6 +29,7 @@ from engine.search.result_files import failures_content
 from engine.search.store import without_folders
 from engine.streams import format_key
 from engine.strict_json import plain
+from engine.vocabulary import State
 
 CASES = 10
 """Cases that a page replays."""
@@ -78,7 +81,7 @@ def render_page(found: RunPage) -> str:
     data = {
         "run": plain(content(found)),
         "replays": [player_data(replay) for replay in found.replays],
-        "evaluations": plain(where_it_fails.dots(found.record)),
+        "evaluations": plain(run_sections.dots(found.record)),
     }
     return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS), record.link)
 
@@ -160,7 +163,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield analysis_sections.kinds(found.record.manifest.actors, analysis, _pictures(found))
     yield _cases(found)
     yield _course(found)
-    yield from where_it_fails.section(found.record)
+    yield from run_sections.where_it_fails(found.record)
     yield analysis_sections.places(space, analysis)
     yield analysis_sections.avoided(analysis)
     yield analysis_sections.grids(analysis)
@@ -290,3 +293,46 @@ def _footer(found: RunPage) -> Element:
         f"({counted(len(found.record.evaluations), 'individual')}; "
         f"searched with version {version}). This file needs no network and contains all its data.",
     )
+
+
+ROAD = "road"
+"""Name of the road that all pictures of a page share."""
+POINTS = 40
+"""Maximum number of points of a way in a small picture."""
+
+
+def shared_road(replay: CaseReplay) -> Element:
+    """The road, drawn once for all pictures of its page."""
+    road = scene_svg.road_layer(replay.road)
+    return element("svg", element("defs", element("g", road, id=ROAD)), class_="shared", aria_hidden="true")
+
+
+def thumbnails(replays: Sequence[CaseReplay]) -> list[Element]:
+    """Return one picture per case: the ego, its nearest actor, and the ways of all actors."""
+    frames = alike([_close(replay) for replay in replays])
+    return [_thumbnail(replay, frame) for replay, frame in zip(replays, frames, strict=True)]
+
+
+def _close(replay: CaseReplay) -> Frame:
+    """Return the frame around the deciding pair at the key moment."""
+    points = [corner for actor in {0, replay.pair + 1} for corner in _corners(replay, actor)]
+    return Frame.around(np.array(points or [(0.0, 0.0)]), replay.heading, CARD)
+
+
+def _corners(replay: CaseReplay, actor: int) -> Iterator[tuple[float, float]]:
+    if actor < len(replay.shapes):
+        state, shape = replay.trajectory.states[replay.key_sample, actor], replay.shapes[actor]
+        x, y, heading = (float(value) for value in state[[State.X, State.Y, State.HEADING]])
+        if state[State.PRESENT] > 0.5 and np.isfinite(x + y + heading):
+            yield from outline_corners(x, y, heading, shape.length, shape.width)
+
+
+def _thumbnail(replay: CaseReplay, frame: Frame) -> Element:
+    ways = [way[:: max(1, -(-len(way) // POINTS))] for way in replay.ways]
+    layers: list[Node] = [
+        element("use", href=f"#{ROAD}"),
+        scene_svg.way_layer(ways),
+        scene_svg.actor_layer(replay.shapes, replay.trajectory.states[replay.key_sample]),
+        scene_svg.contact_mark(*replay.contact_point) if replay.contact_point else None,
+    ]
+    return scene_svg.scene(frame, f"{replay.program.name} at its key moment", *layers, compass=False)
