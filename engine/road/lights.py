@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from engine.road.network import Lane, Network, RoadSign, kept
+from engine.road.network import Lane, Network, RoadSign, once_per_network
 
 
-@kept
+@once_per_network
 def lit_arms(network: Network) -> Mapping[tuple[int, int], RoadSign] | None:
     """Return the traffic light of each arm by the indices of intersection and arm: the first of the file.
 

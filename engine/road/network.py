@@ -384,14 +384,14 @@ class Network:
 Found = TypeVar("Found")
 
 
-def kept(find: Callable[[Network], Found]) -> Callable[[Network], Found]:
+def once_per_network(find: Callable[[Network], Found]) -> Callable[[Network], Found]:
     """Return `find` with a cache per network. A result must not refer to its network, or both are never freed."""
     found: WeakKeyDictionary[Network, Found] = WeakKeyDictionary()
 
     @wraps(find)
-    def asked(network: Network) -> Found:
+    def find_once(network: Network) -> Found:
         if network not in found:
             found[network] = find(network)
         return found[network]
 
-    return asked
+    return find_once

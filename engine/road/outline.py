@@ -10,7 +10,7 @@ from engine.road.lights import lit_arms
 from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Bools, Floats
 
-KEPT = 0.05
+CONSTANT_WIDTH = 0.05
 """Change of width below which a lane is drawn with a constant width [m]."""
 Shown = Callable[[int, float], str]
 """(phase, time [s]) -> colour of the lights: green, yellow or red; "" if unknown."""
@@ -99,7 +99,7 @@ def _of_lines(network: Network, drawn: Lines) -> Outline:
     changing = {
         lane: np.vstack([left, right[::-1]])
         for lane, (left, right) in network.bounds.items()
-        if np.ptp(np.hypot(*(left - right).T)) > KEPT
+        if np.ptp(np.hypot(*(left - right).T)) > CONSTANT_WIDTH
     }
     return Outline(
         kerbs=drawn.kerbs,
@@ -122,7 +122,7 @@ def _is_met(lane: Lane) -> bool:
 def near(road: Outline, points: Floats, reach: float) -> Outline:
     """Return the part of a drawing within `reach` [m] of the rectangle around some points (n, 2) [m]."""
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-    kept = [i for i, line in enumerate(road.center_lines) if _passing(line, low, high).any()]
+    visible = [i for i, line in enumerate(road.center_lines) if _passing(line, low, high).any()]
     return replace(
         road,
         kerbs=_parts(road.kerbs, low, high),
@@ -130,8 +130,8 @@ def near(road: Outline, points: Floats, reach: float) -> Outline:
         lane_lines=_parts(road.lane_lines, low, high),
         stop_lines=_parts(road.stop_lines, low, high),
         areas=tuple(ring for ring in road.areas if _passing(ring, low, high).any()),
-        center_lines=tuple(road.center_lines[i] for i in kept),
-        widths=tuple(road.widths[i] for i in kept),
+        center_lines=tuple(road.center_lines[i] for i in visible),
+        widths=tuple(road.widths[i] for i in visible),
         signals=tuple(each for each in road.signals if _passing(each.line, low, high).any()),
     )
 

@@ -23,7 +23,7 @@ from engine.risk import HIGHEST_RISK
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal_reader import Record
-from engine.search.probability.estimates import kept
+from engine.search.probability.estimates import read_estimates
 from engine.search.ranking import WORST, Case, worst_cases
 from engine.search.result_files import failures_content
 from engine.search.store import without_folders
@@ -99,7 +99,7 @@ def content(found: RunPage) -> dict[str, Any]:
         ],
         "analysis": analysis_content(program.space, found.analysis),
         "heat_maps": [heat_map_content(each) for each in heat_maps(record.manifest.parameters, record.evaluations)],
-        "probability": kept(found.run.folder, program.digest),
+        "probability": read_estimates(found.run.folder, program.digest),
     }
 
 

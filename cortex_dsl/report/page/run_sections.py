@@ -48,7 +48,7 @@ from cortex_dsl.report.page.render import nodes
 from engine.search.evaluations import Evaluations, distinct_collisions
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
-from engine.search.probability.estimates import Probability, kept
+from engine.search.probability.estimates import Probability, read_estimates
 from engine.search.result_files import collisions_by_partner
 from engine.search.store import without_folders
 from engine.tables import Ints
@@ -184,7 +184,7 @@ def likely(run: StoredRun) -> Element:
     Raises:
         StoreError: the estimates cannot be read.
     """
-    found = kept(run.folder, run.scenario.program.digest)
+    found = read_estimates(run.folder, run.scenario.program.digest)
     if found:
         rows = table(HEAD, [_row(each) for each in found], "likely")
         return part("probability", "How probable is it?", None, rows, folded("How this is determined", NOTE))

@@ -330,14 +330,14 @@ def test_a_finished_case_is_kept_as_it_was_judged_or_not_at_all(home: Path) -> N
     assert scenario.config.driver is not None
     recorder = decisions.Recorder(scenario.config.driver)
     recorder.record_missing(scenario.program, scenario.config, found.evaluations.rollouts, found.worst)
-    assert not recorder.kept
+    assert not recorder.recorded
     assert len(recorder.failures) == len(found.worst)
     steady = cx.load("crossing.scn").driven_by("python:planner:drive")
     found = steady.search("random", generations=1, population=20, seed=1)
     assert steady.config.driver is not None
     recorder = decisions.Recorder(steady.config.driver)
     recorder.record_missing(steady.program, steady.config, found.evaluations.rollouts, found.worst)
-    assert len(recorder.kept) == len(found.worst)
+    assert len(recorder.recorded) == len(found.worst)
 
 
 DUEL = TEXT.replace("with speed 0", 'with speed 0, with behavior ExternalBehavior("lead", actions="speed")')
