@@ -4,12 +4,14 @@ Nothing here is done to a process that calls `cortex_dsl.cli.main` itself.
 """
 
 import atexit
+import codecs
 import contextlib
 import gc
 import os
 import signal
 import sys
 from pathlib import Path
+from unicodedata import normalize
 
 from cortex_dsl.signals import install_handlers, remove_handlers
 
@@ -17,6 +19,8 @@ INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 """Exit codes after a signal, as a shell counts them."""
 NEW_BEFORE_A_LOOK = 500_000
 """Objects that are made before Python looks for garbage among them."""
+PLAIN = {"–": "-", "…": "...", "→": "->", "°": " deg", "∞": "inf", "·": "*", "≤": "<=", "≥": ">=", "×": "x", "±": "+-"}
+"""ASCII for signs of reports."""
 
 
 def process() -> int:
@@ -39,7 +43,8 @@ def process() -> int:
 
 
 def _open_streams() -> None:
-    """Open null streams for a command that was started with `>&-`; replace characters that a terminal lacks by `?`."""
+    """Open null streams for a command that was started with `>&-`; write characters that a terminal lacks in others."""
+    codecs.register_error("plain", _in_plain_characters)
     if sys.stdout is None:
         sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - open until the process ends
     if sys.stderr is None:
@@ -47,7 +52,16 @@ def _open_streams() -> None:
     for stream in (sys.stdin, sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
-            reconfigure(errors="replace")
+            reconfigure(errors="plain" if stream is not sys.stdin else "replace")
+
+
+def _in_plain_characters(error: UnicodeError) -> tuple[str, int]:
+    """Return text for characters that an encoding lacks: letters without accents, `?` for what has no other form."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    plain = (PLAIN.get(sign) or normalize("NFKD", sign).encode("ascii", "ignore").decode() or "?" for sign in lacking)
+    return "".join(plain), error.end
 
 
 def _start_light() -> None:
