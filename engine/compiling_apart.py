@@ -248,8 +248,13 @@ def missing_kernels(demand: KernelDemand, folders: Sequence[Path]) -> int:
 
 def is_stored(kernel: Kernel, folder: Path) -> bool:
     """Return True if machine code of a kernel is in a folder."""
-    module = kernel.__module__.rpartition(".")[2]
-    return any(folder.glob(f"{module}/{module}.{kernel.__name__}.*.nbc"))
+    return any(folder.glob(files_of(kernel)))
+
+
+def files_of(kernel: Kernel) -> str:
+    """Return the pattern of the files with machine code of a kernel, from the folder of this version's kernels."""
+    *packages, module = kernel.__module__.removeprefix("engine.kernels.").split(".")
+    return "/".join([*packages, module, f"{module}.{kernel.__name__}.*.nbc"])
 
 
 def cores() -> int:

@@ -13,15 +13,17 @@ import pytest
 
 from cortex_dsl.api.scenario import compile_text
 from engine import compiling_apart
-from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, missing_kernels, undrawn
+from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, files_of, missing_kernels, undrawn
 from engine.kernels.jit import cache_folder
 from engine.program import Program
+from wheels.compile_kernels import deferred_names
 
 SOURCE = """
 param V = Range(1, 9) m/s
 ego = new Car at (0 m, 0 m), with speed V
 other = new Car at (0 m, 40 m), with speed V
 """
+KERNELS = Path(compiling_apart.__file__).parent / "kernels"
 LONG = 60.0
 STARTED = 300.0
 """Time in which two processes start on a busy machine [s]."""
@@ -117,9 +119,9 @@ def test_what_is_missing_is_what_is_stored_nowhere(program: Program, folder: Pat
 def store_kernels(demand: KernelDemand, folder: Path) -> None:
     """Write empty files in place of compiled kernels."""
     for kernel in demand.kernels():
-        module = kernel.__module__.rpartition(".")[2]
-        (folder / module).mkdir(exist_ok=True)
-        (folder / module / f"{module}.{kernel.__name__}.0123.nbc").write_text("")
+        file = folder / files_of(kernel).replace("*", "0123")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("")
 
 
 def test_what_samplers_and_hosts_share_is_not_compiled_twice(program: Program, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,12 +133,28 @@ def test_what_samplers_and_hosts_share_is_not_compiled_twice(program: Program, m
     assert KernelDemand(SEARCH[:1], program).groups == [SEARCH[:1]]
 
 
+MORE = {
+    "two cars": "",
+    "three cars": "third = new Car at (30 m, 40 m), with speed V\n",
+    "sight": "terminate when ego can see other\n",
+    "time": "require eventually (distance from ego to other) < 30 m\n",
+}
+
+
+@pytest.mark.parametrize("more", MORE)
 @pytest.mark.parametrize("name", PARTS)
-def test_each_part_calls_its_kernels(program: Program, name: str) -> None:
-    """So those that are announced are stored afterwards."""
-    demand = KernelDemand((PARTS[name],), program)
+def test_each_part_calls_its_kernels(name: str, more: str) -> None:
+    """So those that are announced are stored afterwards, and the next command announces none."""
+    demand = KernelDemand((PARTS[name],), compile_text(SOURCE + MORE[more]).program)
     PARTS[name].compile(demand)
     assert not missing_kernels(demand, [cache_folder()])
+
+
+def test_the_pattern_of_each_kernel_of_a_wheel_names_its_module() -> None:
+    """Those in folders of modules, too."""
+    names = deferred_names()
+    assert "impacts/motion/motion.step_post_impact.*.nbc" in names
+    assert all((KERNELS / Path(name).parent).with_suffix(".py").is_file() for name in names)
 
 
 def test_what_nobody_finished_is_removed(folder: Path) -> None:
