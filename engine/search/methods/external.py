@@ -162,7 +162,8 @@ def store_compiled(owner: type) -> None:
         return
     from engine.kernels.numba_internals import cache_by_content
 
-    for method in (each.__func__ for each in vars(owner).values() if isinstance(each, staticmethod)):
+    methods: list[Any] = [each.__func__ for each in vars(owner).values() if isinstance(each, staticmethod)]
+    for method in methods:
         if hasattr(method, "py_func"):
             cache_by_content(method, method.py_func, cache_folder(), KERNELS)
 
