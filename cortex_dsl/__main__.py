@@ -4,6 +4,7 @@ Nothing here is done to a process that calls `cortex_dsl.cli.main` itself.
 """
 
 import atexit
+import codecs
 import contextlib
 import gc
 import os
@@ -12,6 +13,7 @@ import sys
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType
+from unicodedata import normalize
 
 INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 """Exit codes after a signal, as a shell counts them."""
@@ -23,6 +25,8 @@ IMPORTS_OF_EXTENSIONS = (ExtensionFileLoader.create_module.__code__, ExtensionFi
 """Functions of Python that are on the stack while an extension module is imported."""
 CALLED_BY_NUMBA = ("typeof_pyval", "_numba_unpickle")
 """Functions of Python that numba's machine code calls for arguments and results of kernels."""
+PLAIN = {"–": "-", "…": "...", "→": "->", "°": " deg", "∞": "inf", "·": "*", "≤": "<=", "≥": ">=", "×": "x", "±": "+-"}
+"""ASCII for signs of reports."""
 PYMUNK = f"{os.sep}pymunk{os.sep}"
 """Part of the path of the files of pymunk."""
 
@@ -47,7 +51,8 @@ def process() -> int:
 
 
 def _open_streams() -> None:
-    """Open null streams for a command that was started with `>&-`; replace characters that a terminal lacks by `?`."""
+    """Open null streams for a command that was started with `>&-`; write characters that a terminal lacks in others."""
+    codecs.register_error("plain", _in_plain_characters)
     if sys.stdout is None:
         sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - open until the process ends
     if sys.stderr is None:
@@ -55,7 +60,16 @@ def _open_streams() -> None:
     for stream in (sys.stdin, sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
-            reconfigure(errors="replace")
+            reconfigure(errors="plain" if stream is not sys.stdin else "replace")
+
+
+def _in_plain_characters(error: UnicodeError) -> tuple[str, int]:
+    """Return text for characters that an encoding lacks: letters without accents, `?` for what has no other form."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    plain = (PLAIN.get(sign) or normalize("NFKD", sign).encode("ascii", "ignore").decode() or "?" for sign in lacking)
+    return "".join(plain), error.end
 
 
 def _start_light() -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from pkgutil import walk_packages
 
 import engine.kernels
-from engine.compiling_apart import files_of
+from engine.compiling_apart import stored_name
 from engine.kernels.jit import content_key
 from engine.kernels.packaged import process_triple, wheel_target, write_target
 from engine.kernels.shared import Shared
@@ -52,7 +52,7 @@ def deferred_names() -> list[str]:
     """Return the pattern of the file of each kernel that only some programs need."""
     modules = [import_module(each.name) for each in walk_packages(engine.kernels.__path__, "engine.kernels.")]
     kernels = {each for module in modules for each in vars(module).values() if isinstance(each, Shared)}
-    return sorted(files_of(each) for each in kernels if not each.is_always_needed)
+    return sorted(stored_name(each, "*") for each in kernels if not each.is_always_needed)
 
 
 if __name__ == "__main__":

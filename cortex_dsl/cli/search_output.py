@@ -26,7 +26,6 @@ from cortex_dsl.report.findings.cases_found import cases_content
 from cortex_dsl.report.findings.readable import ratio
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.tally import blame_content
-from cortex_dsl.report.terminal.search_view import failures_line
 from engine.driving.names import Egos, as_options, driver_hint
 from engine.extras import MissingExtraError
 from engine.search.campaign import Campaign
@@ -110,12 +109,15 @@ def _show(
     scenario: Scenario, found: Sequence[SearchResult], request: CompileRequest, terminal: Terminal, *, ours: bool
 ) -> None:
     """Show the screen and the requested details; `ours`: failed runs are no mistake of the file."""
+    from cortex_dsl.report.terminal.render import parts
+    from cortex_dsl.report.views.search import unfinished_note
+
     reports = [_report(each, scenario, ours=ours) for each in found]
     show_reports(scenario.program, reports, _settings(found), request, terminal)
     program = scenario.program
     for report in reports:
-        if ours and (line := failures_line(program, report)) is not None:
-            terminal.err.print(line)
+        if ours and (note := unfinished_note(program, report)) is not None:
+            terminal.err.print(parts([note], terminal.err.width))
 
 
 def _report(found: SearchResult, scenario: Scenario, *, ours: bool) -> SearchReport:

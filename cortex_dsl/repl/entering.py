@@ -48,11 +48,15 @@ def _show_acceptance(state: State, before: Checked, after: Checked) -> None:
     new = state.weighing(after.weighable)
     if not fresh and (old is None or new.acceptance >= NOTABLE * old.acceptance):
         return
-    from cortex_dsl.report.terminal.requirements_view import weighing_view
+    from cortex_dsl.report.terminal.render import parts
+    from cortex_dsl.report.terminal.theme import MARGIN, indented
+    from cortex_dsl.report.views.requirements import weighing_view
 
     console = state.terminal.out
-    view = weighing_view(old, account(new), fresh, ascii_only=console.options.ascii_only)
-    console.print(view)
+    line, below = weighing_view(old, account(new), fresh)
+    plain = console.options.ascii_only
+    console.print(parts([line], console.width, ascii_only=plain))
+    console.print(indented(parts(below, console.width - MARGIN, ascii_only=plain)))
 
 
 def _fresh(before: "Program | None", after: "Program") -> set[int]:

@@ -13,7 +13,7 @@ import pytest
 
 from cortex_dsl.api.scenario import compile_text
 from engine import compiling_apart
-from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, files_of, missing_kernels, undrawn
+from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, missing_kernels, stored_name, undrawn
 from engine.kernels.jit import cache_folder
 from engine.program import Program
 from wheels.compile_kernels import deferred_names
@@ -23,6 +23,14 @@ param V = Range(1, 9) m/s
 ego = new Car at (0 m, 0 m), with speed V
 other = new Car at (0 m, 40 m), with speed V
 """
+FURTHER = (
+    SOURCE
+    + """
+third = new Car at (0 m, 60 m), with speed V
+terminate when ego can see third
+"""
+)
+"""Actors other than the ego may touch, and one is seen: deferred kernels."""
 KERNELS = Path(compiling_apart.__file__).parent / "kernels"
 LONG = 60.0
 STARTED = 300.0
@@ -119,7 +127,7 @@ def test_what_is_missing_is_what_is_stored_nowhere(program: Program, folder: Pat
 def store_kernels(demand: KernelDemand, folder: Path) -> None:
     """Write empty files in place of compiled kernels."""
     for kernel in demand.kernels():
-        file = folder / files_of(kernel).replace("*", "0123")
+        file = folder / stored_name(kernel, "0123")
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text("")
 
@@ -133,19 +141,12 @@ def test_what_samplers_and_hosts_share_is_not_compiled_twice(program: Program, m
     assert KernelDemand(SEARCH[:1], program).groups == [SEARCH[:1]]
 
 
-MORE = {
-    "two cars": "",
-    "three cars": "third = new Car at (30 m, 40 m), with speed V\n",
-    "sight": "terminate when ego can see other\n",
-    "time": "require eventually (distance from ego to other) < 30 m\n",
-}
-
-
-@pytest.mark.parametrize("more", MORE)
+@pytest.mark.parametrize("source", [SOURCE, FURTHER], ids=["two", "three"])
 @pytest.mark.parametrize("name", PARTS)
-def test_each_part_calls_its_kernels(name: str, more: str) -> None:
-    """So those that are announced are stored afterwards, and the next command announces none."""
-    demand = KernelDemand((PARTS[name],), compile_text(SOURCE + MORE[more]).program)
+def test_each_part_calls_its_kernels(name: str, source: str) -> None:
+    """So those that are announced are stored afterwards, in whatever folder of the package they stand."""
+    program = compile_text(source).program
+    demand = KernelDemand((PARTS[name],), program)
     PARTS[name].compile(demand)
     assert not missing_kernels(demand, [cache_folder()])
 

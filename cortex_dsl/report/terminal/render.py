@@ -50,6 +50,7 @@ SHADES = " ·░▒▓█"
 """Shades of a cell: no run, no failure, then increasing counts of failures."""
 PLAIN_SHADES = " .:+*#"
 PLAIN_LEVELS = str.maketrans(LEVELS, "_.-:=+*#")
+PLAIN_SIGNS = str.maketrans({"→": "->"})
 
 
 def rendered(view: Block, width: int, *, ascii_only: bool = False, depth: int = 0) -> RenderableType:
@@ -60,7 +61,7 @@ def rendered(view: Block, width: int, *, ascii_only: bool = False, depth: int = 
 
 
 def parts(views: Sequence[Block], width: int, *, ascii_only: bool = False) -> RenderableType:
-    """Return the lines of views below the title of another."""
+    """Return the lines of views or sentences below the title of another."""
     return Group(*(rendered(view, width, ascii_only=ascii_only, depth=1) for view in views))
 
 
@@ -86,7 +87,7 @@ def _drawn(part: Value, width: int, ascii_only: bool) -> Text:
             room = min(part.length, max(LEAST_WRAP, (width + MARGIN) // SPARKS))
             return Text(_series(sparkline(part.values, room, part.low, part.high), ascii_only), part.style)
         case _:
-            return Text(part.text, part.style)
+            return Text(part.text.translate(PLAIN_SIGNS) if ascii_only else part.text, part.style)
 
 
 def _filled(share: float, length: int, ascii_only: bool) -> str:

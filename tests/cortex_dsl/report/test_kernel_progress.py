@@ -11,7 +11,7 @@ from rich.console import Console
 from cortex_dsl.api.scenario import load
 from cortex_dsl.console.kernels import SEARCH, MissingKernels
 from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING, KernelProgress
-from engine.compiling_apart import PARTS, KernelDemand, files_of, missing_kernels
+from engine.compiling_apart import PARTS, KernelDemand, missing_kernels, stored_name
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 COUNTING = """
@@ -63,9 +63,10 @@ def test_only_announced_kernels_are_counted(tmp_path: Path) -> None:
     demand = KernelDemand(tuple(PARTS[name] for name in SEARCH), load(EXAMPLE).program)
     missing = MissingKernels(demand, (tmp_path,), missing_kernels(demand, (tmp_path,)))
     console = Console(file=io.StringIO(), width=60)
-    files = [files_of(kernel) for kernel in demand.kernels()] + ["sight/sight.look.*.nbc", "sight/sight.look.2.*.nbc"]
+    files = [stored_name(kernel, "1") for kernel in demand.kernels()]
+    files += ["sight/sight.look.1.nbc", "sight/sight.look.2.nbc"]
     with KernelProgress(console, missing.count, missing.still_missing) as progress:
-        for file in (tmp_path / each.replace("*", "0123") for each in sorted(files)):
+        for file in (tmp_path / each for each in sorted(files)):
             file.parent.mkdir(exist_ok=True)
             file.write_text("")
             progress.tell()
