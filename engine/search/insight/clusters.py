@@ -29,7 +29,7 @@ from engine.sampling import draw_genomes
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.statistics import Interval, clopper_pearson
-from engine.streams import key_rows
+from engine.streams import StreamKey, key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Method, Verdict
 
@@ -51,6 +51,8 @@ JUDGES = 2000
 """Draws under a condition: one half decides whether it is accepted, the second half gives its failure rate."""
 LOOKED_AT = 1 << 18
 """Maximum number of genomes that are drawn in search of those draws."""
+AT_ONCE = 1 << 14
+"""Number of genomes that are drawn before the draws under a condition are counted again."""
 LEAST_JUDGES = 100
 """Minimum number of draws under a condition; a condition with fewer is rejected."""
 FRESH_RUN = 0xFFFE
@@ -194,10 +196,15 @@ class FreshDraws:
 
     def draws(self, part: int, count: int, rule: tuple[Condition, ...] = ()) -> tuple[Floats, Assessment]:
         """Return the first `count` draws that meet a rule, among `LOOKED_AT` draws; each part has different draws."""
-        keys = key_rows(self._seed, int(Method.SAMPLE), FRESH_RUN, part, range(LOOKED_AT if rule else count))
-        genomes = draw_genomes(self._space, keys)
-        chosen = np.flatnonzero(_satisfy(genomes, rule))[:count]
-        return genomes[chosen], self._evaluate(genomes[chosen], keys[chosen])
+        looked_at, genomes, keys = 0, np.empty((0, len(self._space))), np.empty((0, len(StreamKey._fields)), np.int64)
+        while len(genomes) < count and looked_at < LOOKED_AT:
+            block = range(looked_at, looked_at + (AT_ONCE if rule else count))
+            drawn_keys = key_rows(self._seed, int(Method.SAMPLE), FRESH_RUN, part, block)
+            drawn = draw_genomes(self._space, drawn_keys)
+            met = _satisfy(drawn, rule)
+            genomes, keys = np.concatenate([genomes, drawn[met]]), np.concatenate([keys, drawn_keys[met]])
+            looked_at = block.stop
+        return genomes[:count], self._evaluate(genomes[:count], keys[:count])
 
     @cached_property
     def background(self) -> tuple[Floats, Assessment]:
