@@ -242,8 +242,8 @@ def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, js
     run = opened_run(folder, terminal, ego, json=json)
     driver = run.scenario.config.driver
     if driver is not None and not driver.can_drive_new_scenes:
-        alone = f"without `{driver.name}`, who drove, only runs whose decisions are kept can be run again"
-        terminal.note(f"{alone}; for more, {driver_hint(driver.name)}")
+        alone = f"simulations whose decisions are stored are run again; new ones need the driver `{driver.name}`"
+        terminal.note(f"{alone}: {driver_hint(driver.name)}")
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     check_past(run, terminal)

@@ -45,6 +45,7 @@ from cortex_dsl.report.findings.search_report import (
 from cortex_dsl.report.page import markup, run_charts
 from cortex_dsl.report.page.markup import Element, Node, element, figure, folded, part, prose, table
 from cortex_dsl.report.page.render import nodes
+from engine.driving.names import as_options
 from engine.search.evaluations import Evaluations, distinct_collisions
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
@@ -188,7 +189,9 @@ def likely(run: StoredRun) -> Element:
     if found:
         rows = table(HEAD, [_row(each) for each in found], "likely")
         return part("probability", "How probable is it?", None, rows, folded("How this is determined", NOTE))
-    command = element("pre", f"cortexc probability {quote(without_folders(str(run.folder)))}", class_="command")
+    driver = run.record.manifest.driver
+    words = ["cortexc probability", quote(without_folders(str(run.folder))), as_options(driver.name) if driver else ""]
+    command = element("pre", " ".join(filter(None, words)), class_="command")
     missing = element("p", "Not estimated yet. This command estimates it, and the next report shows it:", class_="note")
     return part("probability", "How probable is it?", None, missing, command, folded("How this is determined", NOTE))
 

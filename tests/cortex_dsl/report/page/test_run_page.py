@@ -15,7 +15,6 @@ import pytest
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.cli import main
 from cortex_dsl.report.findings.analysis_report import DRIVER, JUDGED
-from cortex_dsl.report.findings.failures import SUCCESSION
 from cortex_dsl.report.page.analysis_sections import KINDS
 from cortex_dsl.report.page.player import SCRIPTS
 from cortex_dsl.report.page.run_sections import STREAMS, how_runs_ended
@@ -78,7 +77,6 @@ SAID_OF_ALL = (
     KINDS,
     STREAMS,
     JUDGED,
-    SUCCESSION,
     *PACES,
     "0.25× 0.5× 1× 2× 4×",
     "(95 % interval of Clopper and Pearson)",
