@@ -16,8 +16,9 @@ from engine.errors import InterchangeError, cited
 from engine.host import pair_arrays
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.road_levels import LEVEL
 from engine.interchange.tables.facing import decides, undecided
-from engine.interchange.tables.heights import LEVEL, height_between, height_ranges, level_remarks
+from engine.interchange.tables.heights import height_between, height_ranges, level_remarks
 from engine.interchange.tables.read import absences, actor_of, mixed_rates, usual_step
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (

@@ -18,8 +18,9 @@ from engine.interchange.mcap.read import road_of_mcap
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.road_levels import level_notes
 from engine.interchange.tables.columns import NO_NAMES
-from engine.interchange.tables.heights import level_notes, may_be_apart
+from engine.interchange.tables.heights import may_be_apart
 from engine.interchange.tables.parquet import embedded_road
 from engine.interchange.tables.read import Window, read_tracks, recording_of
 from engine.interchange.tables.track import TableTrack, Tracks
