@@ -13,7 +13,7 @@ from typing import Any
 
 from cortex_dsl.api.restoring import outdated
 from cortex_dsl.api.run_folder import OnRemoved, SearchResult
-from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
+from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show, show_compiled
@@ -222,7 +222,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     Raises:
         UsageError: there are none, or fewer than `rank`.
     """
-    cases = every_case(run)
+    cases = run.every_case()
     if not cases:
         raise UsageError(f"`{folder}` has no case: none of its simulations was valid", "search again")
     if rank > len(cases):

@@ -165,7 +165,7 @@ def _search(state: State, method: str, argument: str) -> None:
     """Search, show the results, and store them for the commands on cases."""
     from cortex_dsl.console.simulating import blame_of_search, mistake_of
 
-    generations, aims, shown = _asked(method, argument)
+    generations, aims, shown = _parse_argument(method, argument)
     scenario = state.scenario(SEARCH)
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
@@ -191,7 +191,7 @@ def _search(state: State, method: str, argument: str) -> None:
         console.print(NEXT, style="quiet")
 
 
-def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...], set[str]]:
+def _parse_argument(method: str, argument: str) -> tuple[int, tuple[str, ...], set[str]]:
     """Return the number of generations, the objectives (the risk by default), and the requested details.
 
     Raises:
