@@ -14,12 +14,14 @@ from cortex_dsl.semantics.errors.values import (
 )
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin
+from cortex_dsl.semantics.evaluation.ranges import at_most, in_range, require
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity
 from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.bounds import closed_value
-from cortex_dsl.semantics.quantities.units import Unit, dimension_name
+from cortex_dsl.semantics.quantities.bounds import closed_value, is_dynamic
+from cortex_dsl.semantics.quantities.units import PURE, Unit, dimension_name
 from cortex_dsl.source import Span
 from engine.frozen import frozen
 
@@ -69,6 +71,20 @@ def check_order(name: str, low: float | None, high: float | None, span: Span) ->
         raise NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
 
 
+def require_order(ev: Evaluator, name: str, low: Term, high: Term, span: Span) -> None:
+    """Require of the scene that drawn bounds are in order, unless they certainly are.
+
+    Raises:
+        Mistake: they never are.
+    """
+    least, greatest = ev.interval(high - low)
+    if greatest < 0.0:
+        ends = ev.interval(low)[0], ev.interval(high)[1]
+        raise REVERSED_RANGE.mistake(span, name=name, low=f"{ends[0]:g}", high=f"{ends[1]:g}")
+    if least < 0.0 and not (is_dynamic(low) or is_dynamic(high)):
+        require(ev, at_most(low, high), f"bounds of `{name}` in order", span)
+
+
 def in_order(ev: Evaluator, name: str, bounds: list[Given], span: Span) -> list[Given]:
     """Bounds of a `Range`; a reversed one means the same in Scenic's files, which is said."""
     low, high = (plain(bound) for bound in bounds[-2:])
@@ -81,6 +97,16 @@ def in_order(ev: Evaluator, name: str, bounds: list[Given], span: Span) -> list[
 def check_deviation(value: float | None, span: Span) -> None:
     if value is not None and not value > 0.0:
         raise BAD_DEVIATION.mistake(span, actual=f"{value:g}")
+
+
+def deviation(ev: Evaluator, argument: Given, value: Term, dimension: ir.Dimension | None) -> Term:
+    """Return a standard deviation, which is above 0 in every scene.
+
+    Raises:
+        Mistake: it is not, or may be 0 or less.
+    """
+    check_deviation(plain(argument), argument.span)
+    return in_range(ev, value, Domain("the standard deviation", dimension or PURE, above=True), argument.span)
 
 
 def plain(argument: Given) -> float | None:

@@ -255,6 +255,8 @@ def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Valu
     arguments = bounds_given.in_order(ev, name, bound_arguments(name, given, site.span), site.span)
     (low, high), dimension = alike(arguments, site)
     bounds_given.check_order(name, bounds_given.plain(arguments[0]), bounds_given.plain(arguments[1]), site.span)
+    if not ev.facts.from_scenic:
+        bounds_given.require_order(ev, name, low, high, site.span)
     width = high - low
     return recorded(ev, site, low + uniform(ev) * width, dimension)
 
@@ -262,7 +264,7 @@ def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Valu
 def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation), dimension = alike(arguments, site)
-    bounds_given.check_deviation(bounds_given.plain(arguments[1]), arguments[1].span)
+    deviation = bounds_given.deviation(ev, arguments[1], deviation, dimension)
     positive = maximum(uniform(ev), SMALLEST_UNIFORM)
     quantile = normal_quantile(positive)
     return recorded(ev, site, mean + deviation * quantile, dimension)
@@ -271,8 +273,9 @@ def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Val
 def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation, low, high), dimension = alike(arguments, site)
-    bounds_given.check_deviation(bounds_given.plain(arguments[1]), arguments[1].span)
+    deviation = bounds_given.deviation(ev, arguments[1], deviation, dimension)
     bounds_given.check_order(name, bounds_given.plain(arguments[2]), bounds_given.plain(arguments[3]), site.span)
+    bounds_given.require_order(ev, name, low, high, site.span)
 
     def cumulative(bound: Term) -> Term:
         return normal_cdf((bound - mean) / deviation)
