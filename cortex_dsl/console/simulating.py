@@ -118,7 +118,7 @@ def perform_run(
     """
     scenes, tally = draw(scenario, run.seed)
     if not scenes.valid[0]:
-        return _no_scene(request, run, scenario, scenes, tally, terminal)
+        return show_no_scene(request, run, scenario, scenes, tally, terminal)
     engine = run.engine or "world"
     simulated = _simulate(scenario, scenes, engine)
     verdict = Verdict(int(simulated.outcomes.verdict[0]))
@@ -224,19 +224,23 @@ def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> N
             console.print(parts(run_details(report), console.width, ascii_only=ascii_only))
 
 
-def _no_scene(
+def show_no_scene(
     request: CompileRequest, run: RunRequest, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal
 ) -> Exit:
+    """Show why no scene is valid: the proof, or the requirements that reject most attempts."""
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
-    from engine.acceptance import account, measure_acceptance
-    from engine.feasibility import explain
+    from cortex_dsl.report.findings.run_report import no_scene_content
 
-    genome = scenes.genomes[0] if tally.scenes == 1 and not explain(scenario.program).infeasible else None
+    empty = no_scene_content(scenario.program, Tally(), Verdict.INFEASIBLE, str(request.file))
+    if (impossible := proved_impossible(scenario, request, run, terminal, "run", empty)) is not None:
+        return impossible
+    from engine.acceptance import account, measure_acceptance
+
+    genome = scenes.genomes[0] if tally.scenes == 1 else None
     blame = account(measure_acceptance(scenario.program, seed=run.seed or 0, genome=genome), run.target)
     if request.json:
-        from cortex_dsl.report.findings.run_report import no_scene_content
         from cortex_dsl.report.findings.tally import blame_content
 
         show_misplaced(scenario.compiled, blame, request, terminal)
@@ -272,12 +276,13 @@ def proved_impossible(
     if request.json:
         from cortex_dsl.report.findings.tally import blame_content
 
+        show_misplaced(scenario.compiled, blame, request, terminal)
         terminal.document(kind, {"file": request.file, **empty, "blame": blame_content(blame)})
     else:
         from cortex_dsl.report.terminal.requirements_view import exhausted_view
 
         terminal.err.print(exhausted_view(program, Tally(), Verdict.INFEASIBLE, (), blame))
-    show_misplaced(scenario.compiled, blame, request, terminal)
+        show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
 
