@@ -27,8 +27,9 @@ from enum import IntEnum
 import numpy as np
 
 from engine.config import ContactConfig, SimulationConfig
+from engine.dependence import ignores_ego
 from engine.errors import ArgumentError
-from engine.host import in_parts, memory, plan, requested, samples_of
+from engine.host import in_parts, memory, others_touch, plan, requested, samples_of
 from engine.kernels.avoidance import LONGEST, DriveMemory, ReferenceDrive, avoidability_rows, reference_rows
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
@@ -36,7 +37,7 @@ from engine.kernels.rows import Window
 from engine.program import Program
 from engine.scenes import Scenes, weather_sight
 from engine.tables import Bools, Ints
-from engine.vocabulary import Blame, Fault
+from engine.vocabulary import Blame, Fault, State
 
 R157 = Driver(
     perception=0.4,
@@ -170,7 +171,14 @@ def blame(
 def drive_memory(program: Program, config: SimulationConfig, samples: int) -> DriveMemory:
     """Return memory for runs of `samples` samples and `LONGEST` more."""
     run = memory(program, samples + math.ceil(LONGEST / config.time_step))
-    return DriveMemory(run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS)))
+    return DriveMemory(
+        run,
+        outlines=np.zeros((len(program.actors), 3)),
+        path=np.zeros((len(run.states), PATH_COLUMNS)),
+        own=np.zeros((len(run.states), len(State))),
+        independent=ignores_ego(program),
+        touching=others_touch(program),
+    )
 
 
 def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:

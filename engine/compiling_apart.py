@@ -37,6 +37,7 @@ ABANDONED = 3600.0
 """Age from which on an unfinished file is removed [s]."""
 CARS = (("ego", -20.0, 1.0, 0.0), ("other", 20.0, -1.0, math.pi))
 """Name, x at the start [m], motion per row [m] and heading [rad] of two cars on one line."""
+KERNEL_PACKAGE = "engine.kernels"
 Kernel = Callable[..., object]
 
 
@@ -248,8 +249,13 @@ def missing_kernels(demand: KernelDemand, folders: Sequence[Path]) -> int:
 
 def is_stored(kernel: Kernel, folder: Path) -> bool:
     """Return True if machine code of a kernel is in a folder."""
-    module = kernel.__module__.rpartition(".")[2]
-    return any(folder.glob(f"{module}/{module}.{kernel.__name__}.*.nbc"))
+    return any(folder.glob(stored_name(kernel, "*")))
+
+
+def stored_name(kernel: Kernel, key: str) -> str:
+    """Return the path of a kernel's machine code in the folder of a version; `key` identifies its argument types."""
+    *folders, module = kernel.__module__.removeprefix(f"{KERNEL_PACKAGE}.").split(".")
+    return "/".join([*folders, module, f"{module}.{kernel.__name__}.{key}.nbc"])
 
 
 def cores() -> int:

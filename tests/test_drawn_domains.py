@@ -362,7 +362,7 @@ CHECKED = {
     "acting.statements.known_limit": "terminate after",
     "acting.statements.known_number": "terminate after steps",
     "evaluation.arguments.number_for": "SetThrottleAction",
-    "evaluation.bounds_given.deviation": "Normal",
+    "evaluation.random_values.deviation_of": "Normal",
     "evaluation.calls.scenic_steering": "share of steering",
     "evaluation.mutation._scale": "mutate",
     "evaluation.objects._own_view": "visibleDistance of a place",

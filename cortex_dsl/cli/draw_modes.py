@@ -31,7 +31,8 @@ from cortex_dsl.report.findings.driven_runs import DrivenRuns, runs_content
 from cortex_dsl.report.findings.run_report import requirements_content
 from cortex_dsl.report.findings.tally import Tally, blame_content, most_to_blame
 from cortex_dsl.report.terminal.progress import with_progress
-from cortex_dsl.report.terminal.sample_view import driven_view, sample_view
+from cortex_dsl.report.terminal.render import rendered
+from cortex_dsl.report.views.samples import driven_view, sample_view
 from engine.config import SimulationConfig
 from engine.program import Program
 from engine.scenes import Scenes
@@ -188,10 +189,10 @@ def _show(
         content = {"file": request.file, **_content(program, run, tally, blame)}
         content |= {} if driver is None else {"driven": runs_content(sampled.runs, driver.name)}
         terminal.document("sample", {**content, "seconds": seconds, "interrupted": sampled.interrupted})
-    elif driver is not None and tally.scenes:
-        terminal.out.print(sample_view(program, tally, 0.0, note, blame, driven_view(sampled.runs, driver.name)))
     elif tally.scenes:
-        terminal.out.print(sample_view(program, tally, seconds, note, blame))
+        driven = None if driver is None else driven_view(sampled.runs, driver.name)
+        view = sample_view(program, tally, seconds if driver is None else 0.0, note, blame, driven)
+        terminal.out.print(rendered(view, terminal.out.width, ascii_only=terminal.out.options.ascii_only))
 
 
 def _warm_up(program: Program, config: SimulationConfig) -> None:

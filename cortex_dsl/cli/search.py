@@ -47,31 +47,31 @@ from engine.search.store import new_directory, numbered_directory
 from engine.study.database import is_study
 
 
-def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> int:
+def search(request: CompileRequest, run: RunRequest, task: SearchRequest, terminal: Terminal) -> int:
     """Search by every requested method, and show the results."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    scenario = open_scenario(request, run, compiled, asked)
+    scenario = open_scenario(request, run, compiled, task)
     with usage_errors():
-        aims = objectives(scenario.program, asked.objective)
-        for method in asked.methods:  # report missing packages before anything is made
+        aims = objectives(scenario.program, task.objective)
+        for method in task.methods:  # report missing packages before anything is made
             seek(build_searcher(method, Box.of(scenario.program.space), scenario.config), method, len(aims))
         compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
         if (impossible := proved_impossible(scenario, request, run, terminal, "search", {"searches": []})) is not None:
             return impossible
-        found = _searches(scenario, run, asked, terminal)
+        found = _searches(scenario, run, task, terminal)
     return show_found(found, scenario, request, terminal)
 
 
-def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> list[SearchResult]:
+def _searches(scenario: Scenario, run: RunRequest, task: SearchRequest, terminal: Terminal) -> list[SearchResult]:
     """Run one search after the other; Ctrl-C ends the present one and omits later ones."""
     done: list[SearchResult] = []
-    for method in asked.methods:
+    for method in task.methods:
         try:
-            done.append(_search(method, scenario, run, asked, terminal))
+            done.append(_search(method, scenario, run, task, terminal))
         except KeyboardInterrupt:
             if not done:
                 raise
@@ -81,25 +81,25 @@ def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, termina
     return done
 
 
-def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> SearchResult:
+def _search(method: str, scenario: Scenario, run: RunRequest, task: SearchRequest, terminal: Terminal) -> SearchResult:
     """One whole search with its run directory."""
-    folder = _folder(method, asked, scenario.program)
-    with watched(terminal, method, asked.generations) as on_generation:
+    folder = _folder(method, task, scenario.program)
+    with watched(terminal, method, task.generations) as on_generation:
         options = SearchOptions(
             profile=run.profile,
-            objective=asked.objective,
-            workers=chosen_workers(scenario.config.search.engine, run.jobs, asked.dask),
+            objective=task.objective,
+            workers=chosen_workers(scenario.config.search.engine, run.jobs, task.dask),
             on_generation=on_generation,
             on_removed=removed(terminal),
-            command_line=asked.command_line,
+            command_line=task.command_line,
         )
         return search_and_keep(scenario, method, folder, options)
 
 
-def _folder(method: str, asked: SearchRequest, program: Program) -> Path:
-    if asked.out is None:
+def _folder(method: str, task: SearchRequest, program: Program) -> Path:
+    if task.out is None:
         return numbered_directory(program.name, method)
-    return new_directory(asked.out if len(asked.methods) == 1 else asked.out / method)
+    return new_directory(task.out if len(task.methods) == 1 else task.out / method)
 
 
 # -- the names behind `--method`, and `cortexc --method list`: every way to search, in one line each -------------------

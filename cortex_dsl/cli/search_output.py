@@ -13,7 +13,7 @@ from typing import Any
 
 from cortex_dsl.api.restoring import outdated
 from cortex_dsl.api.run_folder import OnRemoved, SearchResult
-from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
+from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show, show_compiled
@@ -26,7 +26,6 @@ from cortex_dsl.report.findings.cases_found import cases_content
 from cortex_dsl.report.findings.readable import ratio
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.tally import blame_content
-from cortex_dsl.report.terminal.search_view import failures_line
 from engine.driving.names import Egos, as_options, driver_hint
 from engine.extras import MissingExtraError
 from engine.search.campaign import Campaign
@@ -110,12 +109,15 @@ def _show(
     scenario: Scenario, found: Sequence[SearchResult], request: CompileRequest, terminal: Terminal, *, ours: bool
 ) -> None:
     """Show the screen and the requested details; `ours`: failed runs are no mistake of the file."""
+    from cortex_dsl.report.terminal.render import parts
+    from cortex_dsl.report.views.search import unfinished_note
+
     reports = [_report(each, scenario, ours=ours) for each in found]
     show_reports(scenario.program, reports, _settings(found), request, terminal)
     program = scenario.program
     for report in reports:
-        if ours and (line := failures_line(program, report)) is not None:
-            terminal.err.print(line)
+        if ours and (note := unfinished_note(program, report)) is not None:
+            terminal.err.print(parts([note], terminal.err.width))
 
 
 def _report(found: SearchResult, scenario: Scenario, *, ours: bool) -> SearchReport:
@@ -220,7 +222,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     Raises:
         UsageError: there are none, or fewer than `rank`.
     """
-    cases = every_case(run)
+    cases = run.every_case()
     if not cases:
         raise UsageError(f"`{folder}` has no case: none of its simulations was valid", "search again")
     if rank > len(cases):

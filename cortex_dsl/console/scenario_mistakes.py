@@ -141,8 +141,8 @@ def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagn
     genes = dict(enumerate((scenes.genomes[row] * space.scale).tolist()))
     draws = dict(enumerate(scenes.draws[row].tolist()))
     for what, expression in _values(variant, scenes.values[row], source):
-        worth = closed_value(expression, genes=genes, draws=draws)
-        if worth is not None and math.isfinite(worth):
+        known_value = closed_value(expression, genes=genes, draws=draws)
+        if known_value is not None and math.isfinite(known_value):
             continue
         if (culprit := _culprit(expression, genes, draws)) is not None:
             return _diagnostic(what, culprit, _drawn(compiled.program.space, expression, scenes, row))

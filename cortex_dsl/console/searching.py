@@ -55,7 +55,6 @@ def show_reports(
 ) -> None:
     """Show the screen of a search by one method or several, and the requested details."""
     from cortex_dsl.report.terminal.render import parts, rendered
-    from cortex_dsl.report.terminal.search_view import rejections
     from cortex_dsl.report.terminal.theme import heading
     from cortex_dsl.report.views.search import comparison_screen, search_screen
     from cortex_dsl.report.views.search_details import paper_details, search_details
@@ -69,8 +68,6 @@ def show_reports(
     for report in reports:
         if several and request.metrics:
             console.print(heading(f"\n{report.method}"))
-        if (why := rejections(program, report)) is not None:
-            console.print(why)
         if request.metrics:
             console.print(parts(search_details(program, report), console.width, ascii_only=ascii_only))
 

@@ -24,6 +24,7 @@ from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
+    from cortex_dsl.report.blocks import Block
     from cortex_dsl.report.findings.run_report import RunReport
     from cortex_dsl.report.findings.story import Moment
     from engine.acceptance import Account
@@ -224,6 +225,12 @@ def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> N
             console.print(parts(run_details(report), console.width, ascii_only=ascii_only))
 
 
+def _print_no_scene(terminal: Terminal, view: "Sequence[Block]") -> None:
+    from cortex_dsl.report.terminal.render import parts
+
+    terminal.err.print(parts(view, terminal.err.width, ascii_only=terminal.err.options.ascii_only))
+
+
 def show_no_scene(
     request: CompileRequest, run: RunRequest, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal
 ) -> Exit:
@@ -247,9 +254,9 @@ def show_no_scene(
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
         terminal.document("run", {**content, "blame": blame_content(blame)})
     else:
-        from cortex_dsl.report.terminal.requirements_view import exhausted_view
+        from cortex_dsl.report.views.requirements import no_scene_view
 
-        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
+        _print_no_scene(terminal, no_scene_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
         show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
@@ -279,9 +286,9 @@ def proved_impossible(
         show_misplaced(scenario.compiled, blame, request, terminal)
         terminal.document(kind, {"file": request.file, **empty, "blame": blame_content(blame)})
     else:
-        from cortex_dsl.report.terminal.requirements_view import exhausted_view
+        from cortex_dsl.report.views.requirements import no_scene_view
 
-        terminal.err.print(exhausted_view(program, Tally(), Verdict.INFEASIBLE, (), blame))
+        _print_no_scene(terminal, no_scene_view(program, Tally(), Verdict.INFEASIBLE, (), blame))
         show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 

@@ -48,14 +48,16 @@ def do_sample(state: State, argument: str) -> None:
 
 
 def _show_tally(state: State, scenario: "Scenario", tally: Tally, seconds: float, interrupted_before: int) -> None:
-    from cortex_dsl.report.terminal.sample_view import sample_view
+    from cortex_dsl.report.terminal.render import rendered
+    from cortex_dsl.report.views.samples import sample_view
     from engine.acceptance import account
 
     blame = None if tally.always else account(state.weighing(scenario.program))
     note = f"seed {state.seed}"
     if interrupted_before:
         note += f", interrupted before {interrupted_before:,}"
-    state.terminal.out.print(sample_view(scenario.program, tally, seconds, note, blame))
+    console, view = state.terminal.out, sample_view(scenario.program, tally, seconds, note, blame)
+    console.print(rendered(view, console.width, ascii_only=console.options.ascii_only))
 
 
 def do_scene(state: State, _argument: str) -> None:
@@ -64,7 +66,7 @@ def do_scene(state: State, _argument: str) -> None:
     if scenes is None:
         return
     from cortex_dsl.lowering.given_out import light_colours
-    from cortex_dsl.report.terminal.sample_view import still_view
+    from cortex_dsl.report.terminal.still_view import still_view
     from engine import batch
     from engine.road import build_network
     from engine.road.outline import outline
@@ -109,13 +111,12 @@ def do_relax(state: State, argument: str) -> None:
     except ArgumentTypeError as error:
         raise UsageError(f"the share {error}", "as in `:relax 50%`") from None
     state.kernels.wait(state.terminal, ("weigh",), program)
-    from cortex_dsl.report.findings.tally import blame_note
-    from cortex_dsl.report.terminal.requirements_view import blame_view
-    from cortex_dsl.report.terminal.theme import section
+    from cortex_dsl.report.terminal.render import rendered
+    from cortex_dsl.report.views.requirements import blame_view
     from engine.acceptance import account
 
     blame = account(state.weighing(program), target)
-    state.terminal.out.print(section("Which requirement is to blame", blame_view(blame), blame_note(blame)))
+    state.terminal.out.print(rendered(blame_view(blame), state.terminal.out.width, depth=1))
     if target is not None and blame.weighing.acceptance >= target:
         state.terminal.out.print("  nothing needs to be relaxed for that", style="good")
 
@@ -165,7 +166,7 @@ def _search(state: State, method: str, argument: str) -> None:
     """Search, show the results, and store them for the commands on cases."""
     from cortex_dsl.console.simulating import blame_of_search, mistake_of
 
-    generations, aims, shown = _asked(method, argument)
+    generations, aims, shown = _parse_argument(method, argument)
     scenario = state.scenario(SEARCH)
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
@@ -191,7 +192,7 @@ def _search(state: State, method: str, argument: str) -> None:
         console.print(NEXT, style="quiet")
 
 
-def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...], set[str]]:
+def _parse_argument(method: str, argument: str) -> tuple[int, tuple[str, ...], set[str]]:
     """Return the number of generations, the objectives (the risk by default), and the requested details.
 
     Raises:

@@ -48,11 +48,15 @@ def _show_acceptance(state: State, before: Checked, after: Checked) -> None:
     new = state.weighing(after.weighable)
     if not fresh and (old is None or new.acceptance >= NOTABLE * old.acceptance):
         return
-    from cortex_dsl.report.terminal.requirements_view import weighing_view
+    from cortex_dsl.report.terminal.render import parts
+    from cortex_dsl.report.terminal.theme import MARGIN, indented
+    from cortex_dsl.report.views.requirements import weighing_view
 
     console = state.terminal.out
-    view = weighing_view(old, account(new), fresh, ascii_only=console.options.ascii_only)
-    console.print(view)
+    line, below = weighing_view(old, account(new), fresh)
+    plain = console.options.ascii_only
+    console.print(parts([line], console.width, ascii_only=plain))
+    console.print(indented(parts(below, console.width - MARGIN, ascii_only=plain)))
 
 
 def _fresh(before: "Program | None", after: "Program") -> set[int]:
@@ -112,7 +116,7 @@ def enter(state: State, chunk: str) -> None:
 
 
 def _enter(state: State, chunk: str, index: int | None) -> None:
-    source = _below(state, chunk)
+    source = Source(state.name, "\n" * (state.draft.first_lines[-1] - 1) + chunk + "\n")
     try:
         module = parse(source)
     except CompileError as error:
@@ -129,11 +133,6 @@ def _enter(state: State, chunk: str, index: int | None) -> None:
         _adopt(state, [Placed(state.draft.replaced(index, blank + chunk.strip("\n").rstrip()), index)])
         return
     _adopt(state, _placed(state.draft, split(own, parse(own))))
-
-
-def _below(state: State, chunk: str) -> Source:
-    """The chunk alone, with the line numbers that it would have at the end of the draft."""
-    return Source(state.name, "\n" * (state.draft.first_lines[-1] - 1) + chunk + "\n")
 
 
 def _placed(draft: Draft, entries: Sequence[str]) -> list[Placed]:

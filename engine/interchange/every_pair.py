@@ -16,9 +16,8 @@ from engine.errors import InterchangeError, cited
 from engine.host import pair_arrays
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
-from engine.interchange.road_levels import LEVEL
 from engine.interchange.tables.facing import decides, undecided
-from engine.interchange.tables.heights import height_between, height_ranges, level_remarks
+from engine.interchange.tables.heights import LEVEL, height_between, height_ranges, level_remarks
 from engine.interchange.tables.read import absences, actor_of, mixed_rates, usual_step
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (
@@ -111,8 +110,8 @@ def rank_pairs(
     pairs = dict.fromkeys((one, other, round(above, 1)) for one, other, above in levels.values())
     said = (*mixed_rates(tracks.tracks, own), *absences(tracks.tracks), *_between_steps(tracks, on))
     remarks = (*tracks.remarks, *said, *level_remarks(list(pairs)), *dict.fromkeys(aside.values()))
-    kept = np.setdiff1d(np.arange(len(windows)), [*aside, *levels])
-    return _ranked(tracks, windows[kept], rows[kept], on, profile, remarks)
+    remaining = np.setdiff1d(np.arange(len(windows)), [*aside, *levels])
+    return _ranked(tracks, windows[remaining], rows[remaining], on, profile, remarks)
 
 
 # -- from tracks to a crowd --------------------------------------------------------------------------------------------
@@ -255,7 +254,7 @@ def _ranked(
     risk = assess(outcomes, PROFILES[profile])
     nearest = outcomes.min_distance_time[:, 0]
     order = np.lexsort((nearest, outcomes.min_distance[:, 0], -risk.continuous, -risk.score))
-    kept = type(outcomes)(**{name: array[order] for name, array in vars(outcomes).items()})
+    ordered = type(outcomes)(**{name: array[order] for name, array in vars(outcomes).items()})
     return RankedWindows(
         names=names,
         kinds=np.array([int(track.kind) for track in tracks.tracks], dtype=np.int32),
@@ -263,7 +262,7 @@ def _ranked(
         actors=windows[order, :2].astype(np.int32),
         begin=windows[order, 2].astype(np.float64) * step,
         end=windows[order, 3].astype(np.float64) * step,
-        outcomes=kept,
+        outcomes=ordered,
         score=risk.score[order],
         ttc=rows[order, TTC],
         ttc_time=rows[order, TTC_TIME],

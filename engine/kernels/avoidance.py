@@ -6,6 +6,9 @@ if they react to anything, to the ego of the reference driver. That driver brake
 hard as the ego in the case, up to full braking, since a driver taking over does not release the pedal. Full braking is
 that of the reference driver, of the ego's own brakes, or the grip of its tyres, whichever is least.
 
+Where nothing that the others do depends on the ego, and none of them touches another, they move in every drive as in
+the case: then only the ego is moved.
+
 Earlier braking is not always better, since an ego braking later may pass before the other: all moments are tried.
 `avoidability_rows` omits these trials: a single drive answers yes or no, for thousands of collisions in the time of a
 few runs each.
@@ -78,6 +81,12 @@ class DriveMemory(NamedTuple):
     """(actors, 3)"""
     path: Floats
     """(n, PATH_COLUMNS) Path of the ego."""
+    own: Floats
+    """(n, len(State)) Motion of the ego in the case."""
+    independent: bool
+    """True if nothing that the others do depends on the ego."""
+    touching: bool
+    """True if the others may touch each other or a building."""
 
 
 class ReferenceDrive(NamedTuple):
@@ -120,6 +129,10 @@ class Replayed(NamedTuple):
     outlines: Floats
     path: Floats
     """(until + 1, PATH_COLUMNS) path of the ego."""
+    own: Floats
+    """(n, len(State)) motion of the ego."""
+    recorded: bool
+    """True if `Run.states` holds the motion of the others in every drive."""
 
 
 class Braked(NamedTuple):
@@ -145,11 +158,13 @@ def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, drive
     time, time_step = run.end[0], plan.layout.time_step
     fault = _fault(plan, run, outlines)
     driver = in_its_car(plan, run, driver)
-    until = _carry_on(plan, run, path, driver)
-    again = Replayed(case, contact, until, outlines, path[: until + 1])
-    perceived = perceive(plan, run, contact, other, outlines, again.path, driver)
-    starts_in_it = is_in_sight(plan, run, 0, other, outlines, again.path, driver)
+    until = _carry_on(plan, run, memory, driver)
+    path = path[: until + 1]
+    perceived = perceive(plan, run, contact, other, outlines, path, driver)
+    starts_in_it = is_in_sight(plan, run, 0, other, outlines, path, driver)
     driving = abs(run.states[0, 0, State.SPEED]) > STANDING
+    recorded = memory.independent and (not memory.touching or _none_touch(plan, run, memory, case, contact, until))
+    again = Replayed(case, contact, until, outlines, path, memory.own, recorded)
     braking = contact if perceived == NEVER else perceived + first_sample(driver.reaction, time_step)
     begun = min(braking, contact)
     drive = _drive(plan, run, again, begun, driver)
@@ -212,8 +227,9 @@ def _blame(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> int:
     if latest <= first_sample(driver.perception, plan.layout.time_step):
         return UNAVOIDABLE
     driver = in_its_car(plan, run, driver)
-    until = _carry_on(plan, run, path, driver)
-    again = Replayed(case, contact, until, outlines, path[: until + 1])
+    until = _carry_on(plan, run, memory, driver)
+    recorded = memory.independent and not memory.touching  # else a single drive costs less than to find out
+    again = Replayed(case, contact, until, outlines, path[: until + 1], memory.own, recorded)
     perceived = perceive(plan, run, latest, other, outlines, again.path, driver)
     if perceived == NEVER or _drive(plan, run, again, perceived + reaction, driver).touched:
         return UNAVOIDABLE
@@ -252,14 +268,39 @@ def _fault(plan: Plan, run: Run, outlines: Floats) -> int:
 
 
 @inlined
-def _carry_on(plan: Plan, run: Run, path: Floats, driver: Driver) -> int:
-    """Continue a run after its contact, for as long as drives are followed; return the last sample."""
-    contact = int(run.status[Status.SAMPLE])
+def _carry_on(plan: Plan, run: Run, memory: DriveMemory, driver: Driver) -> int:
+    """Continue a run after its contact, for as long as drives are followed, and keep path and motion of the ego; return
+    the last sample.
+    """
+    contact, path = int(run.status[Status.SAMPLE]), memory.path
     end = min(contact + _following(run.states, contact, plan.layout.time_step, driver), len(path) - 1)
     advance(plan, run, end, run.status[Status.END] == RUNNING)
     until = int(run.status[Status.SAMPLE])
     lay_path(run.states, until + 1, path, plan.layout.time_step)
+    for k in range(until + 1):
+        _copy_row(run.states[k, 0], memory.own[k])
     return until
+
+
+@inlined
+def _copy_row(source: Floats, target: Floats) -> None:
+    for column in range(len(source)):
+        target[column] = source[column]
+
+
+@kernel
+def _none_touch(plan: Plan, run: Run, memory: DriveMemory, case: Case, contact: int, until: int) -> bool:
+    """Record the others anew up to the sample `until`, past the contact of the ego; return True if none of them touches
+    another or a building.
+    """
+    begin(plan, run, case.variant, case.values, case.key, case.actions)
+    scored = run.status[Status.END] == RUNNING
+    advance(plan, run, contact - 1, scored)
+    run.actors[0, Memory.FREE] = REPLACED
+    for k in range(contact - 1, until):
+        _copy_row(memory.own[k + 1], run.states[k + 1, 0])
+        advance(plan, run, k + 1, not scored)
+    return run.status[Status.IMPACTS] == 0 and run.status[Status.OTHERS_ONE] < 0
 
 
 @inlined
@@ -304,13 +345,17 @@ def _brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
 def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) -> Braked:
     """Drive a case as recorded up to the sample `braking`, then brake along the path up to `again.until`."""
     case, contact, outlines, path = again.case, again.contact, again.outlines, again.path
-    begin(plan, run, case.variant, case.values, case.key, case.actions)
-    scored = run.status[Status.END] == RUNNING
+    time_step, states = plan.layout.time_step, run.states
     if braking >= contact:
         return Braked(True, contact - 1, path[contact - 1, WAY], 0.0)
-    advance(plan, run, braking, scored)
-    run.actors[0, Memory.FREE] = REPLACED
-    time_step, states = plan.layout.time_step, run.states
+    if not again.recorded:
+        begin(plan, run, case.variant, case.values, case.key, case.actions)
+    scored = again.recorded or run.status[Status.END] == RUNNING
+    if again.recorded:
+        _copy_row(again.own[braking], states[braking, 0])
+    else:
+        advance(plan, run, braking, scored)
+        run.actors[0, Memory.FREE] = REPLACED
     way, speed = path[braking, WAY], abs(states[braking, 0, State.SPEED])
     held = path[max(braking - 1, 0), OWN]
     at, way_then = braking, way
@@ -322,7 +367,8 @@ def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) 
         speed = slower
         course = path[reached(path, way) + 1, COURSE]
         put(states, k + 1, pose_at(path, way, outlines[0, 0], outlines[0, 1]), course * speed)
-        advance(plan, run, k + 1, not scored)
+        if not again.recorded:
+            advance(plan, run, k + 1, not scored)
         if k + 1 < contact:
             at, way_then = k + 1, way
         if _touches(states, k, outlines):

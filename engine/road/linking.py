@@ -194,13 +194,13 @@ def conflicts_of(network: Network) -> list[tuple[int, ...]]:
         by_place[maneuver.intersection_id].append(maneuver)
     for here in by_place.values():
         for one, other in combinations(here, 2):
-            if one.start != other.start and _meet(one, other, lines):
+            if one.start != other.start and _conflict(one, other, lines):
                 found[one.id].append(other.id)
                 found[other.id].append(one.id)
     return [tuple(sorted(others)) for others in found]
 
 
-def _meet(one: Maneuver, other: Maneuver, lines: Mapping[int, Floats]) -> bool:
+def _conflict(one: Maneuver, other: Maneuver, lines: Mapping[int, Floats]) -> bool:
     return one.end == other.end or polylines_cross(lines[one.connecting], lines[other.connecting])
 
 

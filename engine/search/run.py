@@ -52,6 +52,8 @@ class Task:
     objective: tuple[str, ...] = DEFAULT_OBJECTIVES
     blaming: Blaming | None = None
     """Assessment of a collision; it is called once for every collision, at the end."""
+    probing: Evaluate | None = None
+    """Evaluation of probes of genes, whose risk is shown and no objective; None: `evaluate`."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +181,7 @@ def summarize(task: Task, done: Sequence[tuple[Evaluations, GenerationFigures]],
         if status != INTERRUPTED:
             blame = blamed(evaluations, task.blaming)
         if status == FINISHED and task.config.probes > 0:
-            probes = probe_genes(box, evaluations, task.evaluate, task.config.probes)
+            probes = probe_genes(box, evaluations, task.probing or task.evaluate, task.config.probes)
     except KeyboardInterrupt:
         status, blame, probes = INTERRUPTED, None, None
     blame = blamed(evaluations, None) if blame is None else blame
@@ -234,7 +236,7 @@ def search(
     searcher = build_searcher(method, Box.of(program.space), config, past.number)
     from engine.risk import PROFILES
     from engine.search.evaluator import make_blaming, make_evaluator
-    from engine.search.objectives import names_of, objectives
+    from engine.search.objectives import Objective, names_of, objectives
 
     if profile not in PROFILES:
         raise ArgumentError(f"profile: `{profile}` is none of {', '.join(PROFILES)}", "name one of these")
@@ -251,14 +253,21 @@ def search(
             raise ArgumentError("a function as objective runs in threads of this process", "leave `workers` out")
         if config.driver is not None:
             config = replace(config, driver=config.driver.without_history())
-        here = make_evaluator(program, config, PROFILES[profile], aims)
+
+        def evaluator(aims: Sequence[Objective], names: Sequence[str]) -> Evaluate:
+            if executor:
+                return spread(executor, workers, program, config, profile, names)
+            return make_evaluator(program, config, PROFILES[profile], aims)
+
+        names = names_of(objective)
         task = Task(
             program.space,
-            spread(executor, workers, program, config, profile, names_of(objective)) if executor else here,
+            evaluator(aims, names),
             config.search,
             method,
             entry.preset(config),
-            names_of(objective),
+            names,
             make_blaming(program, config),
+            None if names == DEFAULT_OBJECTIVES else evaluator((), DEFAULT_OBJECTIVES),
         )
         return run_campaign(task, searcher, on_generation, past)

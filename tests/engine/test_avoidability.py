@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from cortex_dsl import Scenario, compile_text, load
+from engine import avoidability as module
 from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, blame, refuse_missing
 from engine.batch import simulate
 from engine.config import ContactConfig
+from engine.dependence import ignores_ego
 from engine.errors import ArgumentError
 from engine.host import memory, plan, requested, samples_of
 from engine.kernels import avoidance as kernels
@@ -19,7 +21,7 @@ from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import PATH_COLUMNS
 from engine.scenes import Scenes
 from engine.search.probability.monte_carlo import make_judge
-from engine.vocabulary import Blame
+from engine.vocabulary import Blame, State
 
 STEP = 0.05
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
@@ -229,6 +231,53 @@ def test_answers_are_those_of_every_moment_tried(name: str) -> None:
                 assert not any(helps[min(begun, latest) + 1 : max(begun, latest)])
 
 
+ALONE = """
+map intersection(ways=4, lanes=1, approach=80 m)
+param V = Range(20, 60) km/h, W = Range(20, 60) km/h, D = Range(10, 60) m
+straight = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, intersection.maneuvers))
+oncoming = Uniform(*straight.reverseManeuvers).startLane
+turn = Uniform(*filter(lambda m: m.type is ManeuverType.LEFT_TURN, oncoming.maneuvers))
+ego = new Car before intersection by 30 m along [straight.startLane], with speed V,
+    with behavior FollowTrajectoryBehavior(V, straight)
+other = new Car before intersection by D along [turn.startLane], with speed W,
+    with behavior {behavior}
+terminate after 15 s
+"""
+FOLLOWS = "FollowTrajectoryBehavior(W, turn)"
+THIRD = """
+third = new Car following roadDirection from other for -12 m, with speed W,
+    with behavior FollowTrajectoryBehavior({speed}, turn)
+"""
+WAITS = """
+behavior Waits():
+    do FollowTrajectoryBehavior(W, turn) until (distance to ego) < 15 m
+    do FollowTrajectoryBehavior(W * 0.6, turn)
+"""
+PROGRAMS = {
+    "blind": (ALONE.format(behavior=FOLLOWS), True),
+    "third": (ALONE.format(behavior=FOLLOWS) + THIRD.format(speed="W"), True),
+    "third runs into the other": (ALONE.format(behavior=FOLLOWS) + THIRD.format(speed="60 km/h"), True),
+    "looks at the ego": (WAITS + ALONE.format(behavior="Waits()"), False),
+    "random": (ALONE.format(behavior=FOLLOWS.replace("W,", "Range(10, 60) km/h,")), True),
+}
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_the_others_move_as_recorded_only_where_that_changes_nothing(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every answer, margins included, is the same as with drives that simulate the others again."""
+    text, ignored = PROGRAMS[name]
+    scenario = compile_text(text)
+    assert ignores_ego(scenario.program) == ignored
+    scenes = scenario.sample(600, seed=5)
+    found = avoidability(scenario.program, scenes), blame(scenario.program, scenes).tolist()
+    assert len({each and each.avoidance for each in found[0]}) > 2
+    monkeypatch.setattr(module, "ignores_ego", lambda program: False)
+    again = avoidability(scenario.program, scenes), blame(scenario.program, scenes).tolist()
+    assert repr(found) == repr(again)
+
+
 def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
     """Whether the reference driver avoids contact when it brakes at each sample before it."""
     again, touches = driven_again(scenario, scenes, row)
@@ -242,9 +291,11 @@ def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.
     run = memory(program, samples_of(config) + 1 + math.ceil(kernels.LONGEST / config.time_step))
     path, outlines = np.zeros((len(run.states), PATH_COLUMNS)), np.zeros((len(program.actors), 3))
     case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
-    found = kernels.resimulate_with_reference(shared, kernels.DriveMemory(run, outlines, path), case, R157)
+    own = np.zeros((len(run.states), len(State)))
+    drives = kernels.DriveMemory(run, outlines, path, own, independent=False, touching=True)
+    found = kernels.resimulate_with_reference(shared, drives, case, R157)
     until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
-    again = kernels.Replayed(case, found.contact, until, outlines, path[: until + 1])
+    again = kernels.Replayed(case, found.contact, until, outlines, path[: until + 1], own, recorded=False)
     return found, lambda k: kernels._drive(shared, run, again, k, R157).touched
 
 

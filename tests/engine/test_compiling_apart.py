@@ -13,15 +13,25 @@ import pytest
 
 from cortex_dsl.api.scenario import compile_text
 from engine import compiling_apart
-from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, missing_kernels, undrawn
+from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, missing_kernels, stored_name, undrawn
 from engine.kernels.jit import cache_folder
 from engine.program import Program
+from wheels.compile_kernels import deferred_names
 
 SOURCE = """
 param V = Range(1, 9) m/s
 ego = new Car at (0 m, 0 m), with speed V
 other = new Car at (0 m, 40 m), with speed V
 """
+FURTHER = (
+    SOURCE
+    + """
+third = new Car at (0 m, 60 m), with speed V
+terminate when ego can see third
+"""
+)
+"""Actors other than the ego may touch, and one is seen: deferred kernels."""
+KERNELS = Path(compiling_apart.__file__).parent / "kernels"
 LONG = 60.0
 STARTED = 300.0
 """Time in which two processes start on a busy machine [s]."""
@@ -117,9 +127,9 @@ def test_what_is_missing_is_what_is_stored_nowhere(program: Program, folder: Pat
 def store_kernels(demand: KernelDemand, folder: Path) -> None:
     """Write empty files in place of compiled kernels."""
     for kernel in demand.kernels():
-        module = kernel.__module__.rpartition(".")[2]
-        (folder / module).mkdir(exist_ok=True)
-        (folder / module / f"{module}.{kernel.__name__}.0123.nbc").write_text("")
+        file = folder / stored_name(kernel, "0123")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("")
 
 
 def test_what_samplers_and_hosts_share_is_not_compiled_twice(program: Program, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,12 +141,21 @@ def test_what_samplers_and_hosts_share_is_not_compiled_twice(program: Program, m
     assert KernelDemand(SEARCH[:1], program).groups == [SEARCH[:1]]
 
 
+@pytest.mark.parametrize("source", [SOURCE, FURTHER], ids=["two", "three"])
 @pytest.mark.parametrize("name", PARTS)
-def test_each_part_calls_its_kernels(program: Program, name: str) -> None:
-    """So those that are announced are stored afterwards."""
+def test_each_part_calls_its_kernels(name: str, source: str) -> None:
+    """So those that are announced are stored afterwards, in whatever folder of the package they stand."""
+    program = compile_text(source).program
     demand = KernelDemand((PARTS[name],), program)
     PARTS[name].compile(demand)
     assert not missing_kernels(demand, [cache_folder()])
+
+
+def test_the_pattern_of_each_kernel_of_a_wheel_names_its_module() -> None:
+    """Those in folders of modules, too."""
+    names = deferred_names()
+    assert "impacts/motion/motion.step_post_impact.*.nbc" in names
+    assert all((KERNELS / Path(name).parent).with_suffix(".py").is_file() for name in names)
 
 
 def test_what_nobody_finished_is_removed(folder: Path) -> None:

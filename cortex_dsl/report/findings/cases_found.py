@@ -1,6 +1,6 @@
 """Properties of the worst cases of a search: the partner, the kind, and whether a competent driver avoids them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -64,6 +64,8 @@ class CaseFound:
     blame: Blame
     answer: Avoidability | None
     """Avoidability of a collision; None for other cases, and without a simulation of the reference driver."""
+    end: float = 0.0
+    """End of the run [s], at which the driver failed if it did."""
 
 
 @dataclass(frozen=True)
@@ -103,30 +105,31 @@ def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidabilit
         (float(runs.ego_speed[place]), float(runs.other_speed[place])),
         Blame(int(campaign.blame[place])),
         answer,
+        float(runs.end_time[place]),
     )
 
 
 def kinds_shown(scenario: Searched, campaign: Campaign, count: int) -> tuple[KindShown, ...]:
-    """Return up to `count` kinds of collisions, in the order of the worst cases, each with the worst of its cases."""
+    """Return up to `count` kinds of collisions among the worst cases, in the order of `kinds_of_cases`."""
+    kinds = kinds_of_cases(campaign.evaluations, campaign.blame, campaign.kinds, campaign.worst)
     return tuple(
-        KindShown(found, case, drawing_of_contact(scenario, case, found.kind.pair))
-        for found, case in list(kinds_of_cases(campaign.evaluations, campaign.blame, campaign.kinds, campaign.worst))[
-            :count
-        ]
+        KindShown(found, case, drawing_of_contact(scenario, case, found.kind.pair)) for found, case in kinds[:count]
     )
 
 
 def kinds_of_cases(
     evaluations: Evaluations, blame: Ints, kinds: Sequence[FoundKind], cases: Sequence[Case]
-) -> Iterator[tuple[FoundKind, Case]]:
-    """Yield each kind of collision among the cases, with the first of its cases."""
+) -> list[tuple[FoundKind, Case]]:
+    """Return each kind of collision among the cases with the first of its cases, avoidable kinds first."""
     unseen = {each.kind: each for each in kinds}
     every = codes(evaluations, blame) if cases else None
+    shown = []
     for case in cases:
         if every is not None and case.collided:
             found = unseen.pop(kind_of(*every[case.row, case.rollout].tolist()), None)
             if found is not None:
-                yield found, case
+                shown.append((found, case))
+    return sorted(shown, key=lambda each: each[0].kind.blame != Blame.AVOIDABLE)
 
 
 def drawing_of_contact(scenario: Searched, case: Case, pair: int) -> Drawing | None:
@@ -158,6 +161,7 @@ def cases_content(found: Sequence[CaseFound]) -> list[dict[str, Any]]:
             "min_distance": each.case.min_distance,
             "ego_speed": each.speeds[0],
             "other_speed": each.speeds[1],
+            "end_time": each.end,
             "blame": each.blame.name.lower(),
             "avoidability": each.answer and {**vars(each.answer), "avoidance": each.answer.avoidance.name.lower()},
         }

@@ -7,7 +7,7 @@ km/h; machine-readable output is in m/s.
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
 from textwrap import shorten
@@ -106,6 +106,13 @@ def shortened(text: str, room: int) -> str:
     """Return as many whole words as fit, and a sign if some are left out."""
     words = shorten(text, room, placeholder=" …") if room > 2 else "…"
     return words if words.strip() != "…" else text[: max(0, room - 1)] + "…"
+
+
+def short_names(names: Sequence[str], room: int) -> list[str]:
+    """Return names of at most `room` characters without the middle of longer ones; different names stay different."""
+    begin, end = room // 2, (room - 1) // 2
+    short = [name if len(name) <= room else f"{name[:begin]}…{name[len(name) - end :]}" for name in names]
+    return short if len(set(short)) == len(set(names)) else short_names(names, room + 1)
 
 
 # -- speeds as the file writes them ------------------------------------------------------------------------------------

@@ -117,9 +117,9 @@ def _drawn(
     mark_signals(canvas, road, 0.0 if moment is None else float(trajectory.time[moment.sample]))
     for actor, way in reversed(list(enumerate(ways))):
         if way and marks:
-            canvas.mark(way[0], _initial(actor), actor_style(actor))
+            canvas.mark(way[0], actor_mark(actor), actor_style(actor))
     if moment is not None:
-        canvas.mark(moment.point, _moment_mark(moment, ascii_only=ascii_only), "bad" if moment.contact else "warn")
+        canvas.mark(moment.point, moment_mark(moment, ascii_only=ascii_only), "bad" if moment.contact else "warn")
     return canvas
 
 
@@ -162,11 +162,16 @@ def _first_seen(trajectory: Trajectory, actor: int) -> str:
     return "start" if there[0] == 0 else f"comes in at {trajectory.time[there[0]]:.2f} s"
 
 
-def _initial(actor: int) -> str:
-    return "E" if actor == 0 else "ABCDFGHIJK"[(actor - 1) % 10]
+EGO_MARK, MARKS = "E", "ABCDFGHIJKLMNPQRSTUVWYZabcdefhijklmnpqtuvwz0123456789"
+"""Mark of the ego, and marks of other actors: no letter of a light, of a contact, or of a closest approach."""
 
 
-def _moment_mark(moment: KeyMoment, *, ascii_only: bool) -> str:
+def actor_mark(actor: int) -> str:
+    """Return the mark of an actor in a drawing; actors share marks only if there are more than 53 others."""
+    return EGO_MARK if actor == 0 else MARKS[(actor - 1) % len(MARKS)]
+
+
+def moment_mark(moment: KeyMoment, *, ascii_only: bool) -> str:
     if ascii_only:
         return "X" if moment.contact else "o"
     return "✕" if moment.contact else "◆"
@@ -176,7 +181,7 @@ def _legend(
     actors: Sequence[str], trajectory: Trajectory, canvas: Canvas, moment: KeyMoment | None, *, ascii_only: bool
 ) -> list[RenderableType]:
     rows = [
-        (Text(_initial(i), actor_style(i)), Text(name, actor_style(i)), Text(_first_seen(trajectory, i), "quiet"))
+        (Text(actor_mark(i), actor_style(i)), Text(name, actor_style(i)), Text(_first_seen(trajectory, i), "quiet"))
         for i, name in enumerate(actors)
     ]
     if moment is not None:
@@ -184,7 +189,7 @@ def _legend(
         name = "contact" if moment.contact else "closest"
         rows.append(
             (
-                Text(_moment_mark(moment, ascii_only=ascii_only), style),
+                Text(moment_mark(moment, ascii_only=ascii_only), style),
                 Text(name, style),
                 Text("outlines then", "quiet"),
             )
@@ -195,12 +200,12 @@ def _legend(
 def compact_legend(drawing: Drawing, canvas: Canvas, *, ascii_only: bool) -> Text:
     """Return the marks of a drawing, its scale and north in one paragraph."""
     parts: list[Text] = [
-        Text(f"{_initial(i)} {name}", actor_style(i))
+        Text(f"{actor_mark(i)} {name}", actor_style(i))
         for i, name in enumerate(drawing.actors)
         if i < len(drawing.trajectory.outlines)
     ]
     if drawing.moment is not None:
-        mark = _moment_mark(drawing.moment, ascii_only=ascii_only)
+        mark = moment_mark(drawing.moment, ascii_only=ascii_only)
         style, name = ("bad", "contact") if drawing.moment.contact else ("warn", "closest")
         parts.append(Text(f"{mark} {name}", style))
     parts += [line for line in signal_legend(drawing.road) if isinstance(line, Text)]

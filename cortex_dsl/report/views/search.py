@@ -1,8 +1,11 @@
 """A search on one screen: the failures found, the worst cases, one picture per kind, and the next command."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from shlex import quote
+
+import numpy as np
 
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.blocks import (
@@ -20,6 +23,7 @@ from cortex_dsl.report.blocks import (
     height_of,
 )
 from cortex_dsl.report.findings.cases_found import CaseFound, known_cases
+from cortex_dsl.report.findings.driven_runs import DRIVEN
 from cortex_dsl.report.findings.failures import (
     BLAMES,
     driver_failed_text,
@@ -35,12 +39,16 @@ from cortex_dsl.report.findings.readable import (
     counted,
     duration,
     fixed,
+    short_names,
     shortened,
     significant,
     speed_unit,
     whole,
 )
 from cortex_dsl.report.findings.search_report import SearchReport, method_name, method_style, partners_text
+from cortex_dsl.report.findings.story import end_text
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.views.requirements import help_note, requirements_view
 from cortex_dsl.report.views.run import LINES, title_of
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import Program
@@ -51,7 +59,7 @@ from engine.search.objectives import known_objectives
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.ranking import Case
 from engine.search.result_files import broken_by
-from engine.vocabulary import Blame
+from engine.vocabulary import Blame, EndReason, Verdict
 
 PICTURE_ROWS, LEAST_ROWS = 8, 4
 """Most and fewest lines of a picture of a kind."""
@@ -87,6 +95,7 @@ def search_screen(program: Program, report: SearchReport, settings: str) -> Titl
         *headline(program, report),
         *_loneliness(program),
         Note(effort(report.campaign, settings), "quiet"),
+        *rejections(program, report),
         *worst_cases_table(program, report.campaign, cases),
     ]
     below = list(ending(report))
@@ -100,6 +109,7 @@ def comparison_screen(program: Program, reports: Sequence[SearchReport], setting
     blocks += [*_loneliness(program), _side_by_side(reports, settings)]
     for report in reports:
         cases = (report.cases or known_cases(program, report.campaign))[:FEW]
+        blocks += rejections(program, report)
         blocks += worst_cases_table(program, report.campaign, cases, method_name(report.method))
     blocks += [line for report in reports for line in ending(report, apart=report is reports[0])]
     return title_of(program, blocks)
@@ -113,6 +123,8 @@ def headline(program: Program, report: SearchReport) -> list[Block]:
     campaign = report.campaign
     came, found = campaign.failures, campaign.by_simulation
     failed = driver_text(came, campaign.objective)
+    if found.runs and not found.valid_runs:
+        failed = failed or ("failures of the driver only" if came.lost else "no valid scene")
     valid = "" if found.valid_runs == found.runs else "valid "
     runs = counted(found.runs, "simulation") if failed else f"{found.valid_runs:,} {valid}simulations"
     lead = Note(
@@ -171,17 +183,43 @@ def _side_by_side(reports: Sequence[SearchReport], settings: str) -> Title:
     return Title("Side by side", [Table(columns, rows, name="methods")], settings)
 
 
+def rejections(program: Program, report: SearchReport) -> list[Title]:
+    """Return why no scene of a search was valid; [] if one was driven."""
+    evaluations = report.campaign.evaluations
+    tally = Tally.of_search(evaluations)
+    if np.isin(evaluations.rollouts.verdict, DRIVEN).any() or not tally.attempts:
+        return []
+    return requirements_view(program, tally, account=report.blame)
+
+
+def unfinished_note(program: Program, report: SearchReport) -> Note | None:
+    """Return a line on runs that the engine could not finish; None without any."""
+    runs = report.campaign.evaluations.rollouts
+    failed = (runs.verdict == Verdict.ERROR) & (runs.end_reason != EndReason.STUCK)
+    if not failed.any():
+        return None
+    reasons = Counter(zip(runs.end_reason[failed].tolist(), runs.end_rule[failed].tolist(), strict=True))
+    (reason, rule), _ = reasons.most_common(1)[0]
+    cause = end_text(program, EndReason(reason), rule) if reason >= 0 else "a scene could not be drawn"
+    count = Value(f"{counted(int(failed.sum()), 'run')} failed and are not counted", "bad")
+    return Note((count, f": {cause}; please report it"))
+
+
 # -- the worst cases ---------------------------------------------------------------------------------------------------
 
 
 def worst_cases_table(
     program: Program, campaign: Campaign, cases: Sequence[CaseFound], method: str = "", note: str = ""
 ) -> list[Title]:
-    """Return one row per case: partner, side, speeds, and whether a competent driver avoids it; [] without cases."""
-    if not cases:
+    """Return one row per case: partner, side, speeds, and whether a competent driver avoids it.
+
+    [] without cases, and where a lone ego can meet nobody.
+    """
+    aimed = campaign.objective != DEFAULT_OBJECTIVES
+    if not cases or (len(program.actors) == 1 and not aimed and not any(each.case.lost for each in cases)):
         return []
     unit = speed_unit(program)
-    aimed = campaign.objective != DEFAULT_OBJECTIVES
+    names = dict(zip(program.actors, short_names(program.actors, NAME), strict=True))
     name, of_goal, sign = _objective_of(program, campaign)
     columns = (
         Column("#", numbers=True, style="quiet"),
@@ -195,7 +233,7 @@ def worst_cases_table(
         Column("risk", numbers=True, rank=5),
         *((Column(f"{shortened(name, NAME)}\n{of_goal}".rstrip(), numbers=True, rank=1),) if aimed else ()),
     )
-    rows = [_case(each, unit, sign if aimed else None) for each in cases]
+    rows = [_case(each, names, unit, sign if aimed else None) for each in cases]
     title = f"The {len(cases)} worst cases" if len(cases) > 1 else "The worst case"
     table = Table(columns, rows, name="cases")
     blocks = [table] if method else [table, Note(LEGEND, "quiet")]
@@ -213,9 +251,9 @@ def _objective_of(program: Program, campaign: Campaign) -> tuple[str, str, float
     return (name, row.unit, row.sign) if row is not None else (name, "", 1.0)
 
 
-def _case(each: CaseFound, unit: SpeedUnit, sign: float | None) -> tuple[Words, ...]:
+def _case(each: CaseFound, names: Mapping[str, str], unit: SpeedUnit, sign: float | None) -> tuple[Words, ...]:
     case = each.case
-    partner = Value(shortened(each.partner, NAME) if each.partner else ABSENT, "" if each.partner else "quiet")
+    partner = Value(names[each.partner] if each.partner else ABSENT, "" if each.partner else "quiet")
     speeds = [Value(unit.number(speed, 0), "", speed) for speed in each.speeds]
     goal = () if sign is None else (Value(significant(sign * case.continuous), "", case.continuous),)
     score: Words = ABSENT if case.lost else Value(str(case.score), "title", case.score)
@@ -226,7 +264,7 @@ def _case(each: CaseFound, unit: SpeedUnit, sign: float | None) -> tuple[Words, 
 def _verdict(each: CaseFound) -> tuple[Words, Words]:
     """Return whether the reference driver avoids a case, and how much too late it brakes."""
     if each.case.lost:
-        return Value("the driver failed", "bad"), ""
+        return Value(f"driver failed at {fixed(each.end, 2)} s", "bad", each.end), ""
     if not each.case.collided:
         distance = each.case.min_distance
         return Value(f"{fixed(distance, 2)} m apart", "quiet", distance), ""
@@ -270,7 +308,7 @@ def kind_lines(actors: Sequence[str], found: FoundKind, case: Case) -> tuple[Wor
     kind = found.kind
     count = Value(f"{found.count:,}", "title", found.count)
     name, style = BLAMES[kind.blame]
-    other = shortened(actors[kind.pair + 1], NAME)
+    other = short_names(actors, NAME)[kind.pair + 1]
     unit = " km/h" if kind.ego_speed or kind.other_speed else ""
     return (
         (count, " x ", Value(name, style)),
@@ -293,5 +331,8 @@ def ending(report: SearchReport, *, apart: bool = True) -> Iterator[Block]:
     yield Note(f"files: {folder}/ ({failures}{worst}README.md explains them)", "quiet", apart=apart)
     if report.driver and report.worst_files:
         yield Code(f"cortexc {quote(as_argument(report.worst_files[0]))} {report.driver}", "again")
+    if not report.campaign.by_simulation.valid_runs and not report.campaign.failures.lost:
+        yield help_note(report.blame)
+        return
     yield Note(f"more: cortexc resume {folder} --metrics, or --paper", "quiet")
     yield Code(f"cortexc report {folder} --open", "next")

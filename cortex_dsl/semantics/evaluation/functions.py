@@ -183,14 +183,14 @@ def known_truth(ev: Evaluator, value: Value, span: Span, purpose: str, *, may_va
 def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value:
     closure, among = _closure(ev, predicate), items_of(items.value, items.span)
     if closure.body is None or not _is_of_the_road(ev, closure, closure.body, among):
-        return _kept(ev, closure, among, predicate.span)
+        return _filtered(ev, closure, among, predicate.span)
     key = closure.body.span, tuple(among)
     if key not in ev.file.roads.filtered:
-        ev.file.roads.filtered[key] = _kept(ev, closure, among, predicate.span)
+        ev.file.roads.filtered[key] = _filtered(ev, closure, among, predicate.span)
     return ev.file.roads.filtered[key]
 
 
-def _kept(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -> tuple[Value, ...]:
+def _filtered(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -> tuple[Value, ...]:
     purpose = "the condition of `filter`"
     return Filtered(item for item in among if known_truth(ev, closure.apply(item), span, purpose)).of(tuple(among))
 

@@ -326,6 +326,6 @@ class ValueRecorder:
     def __call__(self, evaluator: Evaluator, node: nodes.Expression, value: Value) -> None:
         if self.superseded():
             raise Cancelled
-        kept = self.seen.setdefault(node.span, [])
-        if len(kept) < MOST_VALUES:
-            kept.append(ObservedValue(evaluator, value))
+        seen_values = self.seen.setdefault(node.span, [])
+        if len(seen_values) < MOST_VALUES:
+            seen_values.append(ObservedValue(evaluator, value))

@@ -1,4 +1,4 @@
-"""Actors of a recording at different heights: on a bridge and below it. All others are judged in a plane.
+"""Actors and roads of a recording at different heights: on a bridge and below it. All others are judged in a plane.
 
 Two actors that are at different heights at all places at which they are near one another are no pair.
 """
@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from engine.errors import cited
-from engine.interchange.road_levels import LEVEL
+from engine.errors import InterchangeError, cited
 from engine.interchange.tables.track import TableTrack
+from engine.maps import digest_of
+from engine.opendrive.roads import OdrNetwork
 from engine.tables import Floats
 
 SLOPE = 0.15
@@ -65,7 +66,7 @@ def on_one_level(tracks: list[TableTrack]) -> tuple[list[TableTrack], tuple[str,
     if not may_be_apart(tracks):
         return tracks, ()
     found = [(track, *height_between(tracks[0], track)) for track in tracks[1:]]
-    kept = [tracks[0], *(track for track, _, throughout in found if not throughout)]
+    remaining = [tracks[0], *(track for track, _, throughout in found if not throughout)]
     remarks = [
         *level_remarks([(tracks[0].name, track.name, above) for track, above, throughout in found if throughout]),
         *(
@@ -75,7 +76,7 @@ def on_one_level(tracks: list[TableTrack]) -> tuple[list[TableTrack], tuple[str,
             if above and not throughout
         ),
     ]
-    return kept, tuple(remarks)
+    return remaining, tuple(remarks)
 
 
 def level_remarks(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
@@ -89,3 +90,20 @@ def level_remarks(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
     if said:
         more = f", and {len(pairs) - MOST_NAMED:,} more pairs" if len(pairs) > MOST_NAMED else ""
         yield f"not on one level, and not judged: {'; '.join(said)}{more}"
+
+
+LEVEL = 2.5
+"""Least difference of height between two actors on different levels at one place [m]: the headroom of a car."""
+
+
+def level_notes(road: OdrNetwork) -> tuple[str, ...]:
+    """Return the notes on pairs of roads that cross at different heights; () if heights are unknown."""
+    from engine.road.opendrive.network import contents_of
+
+    if not any(row.a or row.b for each in road.roads.values() for row in each.heights):
+        return ()
+    try:
+        levels = contents_of(str(road.path), digest_of(road.path)).text["levels"]
+    except InterchangeError:
+        return ()
+    return tuple(f"{sentence}: all traffic is judged in one plane" for sentence in levels)

@@ -22,18 +22,16 @@ from engine.search.journal_reader import read_journal
 from engine.search.store import StoreError
 from engine.tables import Ints
 from tests.folders import content, files
-from tests.fork_server import RUN, ForkServer
+from tests.runs import SEARCH
 
 Command = Callable[..., Any]
-SEARCH = ("--ga", "--generations", 4, "--population", 30, "--seed", 2, "--jobs", 1)
+pytestmark = pytest.mark.usefixtures("small_design")
 
 
 @pytest.fixture(scope="module")
-def whole(command_server: ForkServer, left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(ga_run: Path) -> Path:
     """A search that nothing stopped."""
-    run = tmp_path_factory.mktemp("whole") / "run"
-    assert command_server.run(RUN, left_turn, *SEARCH, "--out", run).status == 0
-    return run
+    return ga_run
 
 
 def test_files_carry_the_last_link_of_the_journal(whole: Path) -> None:

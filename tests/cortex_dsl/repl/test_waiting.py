@@ -14,7 +14,7 @@ from cortex_dsl.repl import state
 from cortex_dsl.repl.state import Kernels
 from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING
 from engine import compiling_apart
-from engine.compiling_apart import KernelDemand, Part
+from engine.compiling_apart import KernelDemand, Part, stored_name
 from engine.kernels import jit
 
 LONG = 60.0
@@ -34,18 +34,18 @@ def kernels_of(_demand: KernelDemand) -> tuple[Callable[..., object], ...]:
 def store(_demand: KernelDemand) -> None:
     """Leave what stands for two compiled kernels."""
     for kernel in (first, second):
-        _note(f"{kernel.__name__}.0.nbc")
+        _note(stored_name(kernel, "0"))
 
 
 def store_slowly(_demand: KernelDemand) -> None:
-    _note(f"first.0.nbc.{os.getpid()}.0123456789ab")
+    _note(f"{stored_name(first, '0')}.{os.getpid()}.0123456789ab")
     time.sleep(LONG)
 
 
 def _note(name: str) -> None:
-    folder = Path(os.environ["CORTEXC_CACHE"]) / "numba-0" / "test_waiting"
-    folder.mkdir(exist_ok=True)
-    (folder / f"test_waiting.{name}").write_text("")
+    file = Path(os.environ["CORTEXC_CACHE"]) / "numba-0" / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text("")
 
 
 @pytest.fixture

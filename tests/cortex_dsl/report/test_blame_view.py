@@ -9,8 +9,9 @@ from cortex_dsl import compile_text
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.tally import blame_content, blame_note, cure_of_conflict
 from cortex_dsl.report.terminal.check_view import feasibility_view
-from cortex_dsl.report.terminal.requirements_view import blame_view
+from cortex_dsl.report.terminal.render import rendered
 from cortex_dsl.report.terminal.theme import THEME
+from cortex_dsl.report.views.requirements import blame_view
 from engine.acceptance import Account, account, measure_acceptance
 from engine.feasibility import explain
 from engine.program import Program
@@ -33,6 +34,10 @@ def render(view: RenderableType, width: int) -> str:
     return stream.getvalue()
 
 
+def blamed(found: Account, width: int) -> str:
+    return render(rendered(blame_view(found), width, depth=1), width)
+
+
 def account_of(text: str, target: float | None = None) -> Account:
     return account(measure_acceptance(compile_text(text).program, 3000), target)
 
@@ -45,7 +50,7 @@ def program() -> Program:
 @pytest.mark.parametrize("width", WIDTHS)
 def test_what_contradicts_what(width: int) -> None:
     """Both requirements with their lines, that it is proved, the nearest miss with its params, and what to relax."""
-    text = render(blame_view(account_of(TEXT)), width)
+    text = blamed(account_of(TEXT), width)
     assert max(map(len, text.splitlines())) <= width
     flat = " ".join(text.split())
     assert "never together: `far enough` (line 7) and `near enough` (line 8); proved" in flat
@@ -56,7 +61,7 @@ def test_what_contradicts_what(width: int) -> None:
 
 def test_what_never_failed_is_left_out() -> None:
     """A table of what did something only."""
-    text = render(blame_view(account_of(TEXT.replace("B > 1 m", "B >= 0 m"))), 80)
+    text = blamed(account_of(TEXT.replace("B > 1 m", "B >= 0 m")), 80)
     assert "B >= 0 m" not in text
     assert "far enough" in text
 
@@ -146,7 +151,7 @@ require BARE > 2.9 as "pure"
 def test_amounts_are_displayed_in_the_unit_of_the_file() -> None:
     """The unit that a `require` writes, else that of the param it reads, else none; JSON stays in SI units."""
     found = account_of(SPOKEN.replace("19.9", "19.9 deg"))
-    lines = render(blame_view(found), 120).splitlines()
+    lines = blamed(found, 120).splitlines()
     units = {name: next(line for line in lines if line.strip().startswith(name)).rstrip() for name in
              ("written", "another", "of the param", "of what it reads", "pure")}  # fmt: skip
     assert units["written"].endswith(" km/h")
@@ -163,7 +168,7 @@ def test_the_object_that_leaves_the_road_is_named() -> None:
     """With its share of the rejected attempts and the specifier that lets it, in text and in the document."""
     text = "map road()\nspot = new OrientedPoint in network.lanes[0].centerline\nego = new Car at spot\n"
     found = account_of(text + "bus = new Bus right of spot by 2 m\n")
-    shown = render(blame_view(found), 120)
+    shown = blamed(found, 120)
     assert "off the road: `bus` in 100.0 % of the rejected attempts" in shown
     assert "with regionContainedIn None" in shown
     assert blame_content(found)["off_road"][0] == {"object": "bus", "share": 1.0}
@@ -173,6 +178,6 @@ def test_off_the_road_is_no_cure_where_it_accepts_nothing() -> None:
     """What leaves the road is named, but if another requirement rejects those attempts too, there is no advice."""
     text = "map road()\nspot = new OrientedPoint in network.lanes[0].centerline\nego = new Car at spot\n"
     found = account_of(text + "bus = new Bus right of spot by Range(-6, 2) m\nrequire (distance to bus) > 90 m\n")
-    shown = render(blame_view(found), 120)
+    shown = blamed(found, 120)
     assert "off the road: `bus` in " in shown
     assert "with regionContainedIn None" not in shown

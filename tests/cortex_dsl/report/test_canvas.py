@@ -2,8 +2,10 @@
 
 import pytest
 
+from cortex_dsl.report.blocks import KeyMoment
 from cortex_dsl.report.findings.readable import shortened
 from cortex_dsl.report.terminal.canvas import Canvas, Window
+from cortex_dsl.report.terminal.scene_view import LIGHTS, actor_mark, moment_mark
 
 
 def test_empty_rows_around_a_drawing_are_left_out() -> None:
@@ -26,3 +28,15 @@ def test_words_are_left_out_whole(text: str, room: int, shown: str) -> None:
     """Only a word that is too long by itself is cut."""
     assert shortened(text, room) == shown
     assert len(shown) <= max(room, 1)
+
+
+def test_every_mark_of_a_drawing_is_its_own() -> None:
+    """Actors, lights, contacts and closest approaches, with signs or with plain letters."""
+    lights = [mark for mark, _ in LIGHTS.values()]
+    moments = [
+        moment_mark(KeyMoment(0, contact, (0.0, 0.0)), ascii_only=plain)
+        for contact in (False, True)
+        for plain in (False, True)
+    ]
+    marks = [*map(actor_mark, range(54)), *lights, *moments]
+    assert len(set(marks)) == len(marks)

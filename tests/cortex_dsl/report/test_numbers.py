@@ -9,7 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.readable import column_decimals, counted, duration, fixed, percent, significant
+from cortex_dsl.report.findings.readable import (
+    column_decimals,
+    counted,
+    duration,
+    fixed,
+    percent,
+    short_names,
+    significant,
+)
 from cortex_dsl.report.terminal.canvas import Canvas, Window
 from cortex_dsl.report.terminal.theme import bar, sparkline
 from engine.streams import StreamKey
@@ -126,3 +134,12 @@ def test_documents_are_json_whatever_is_in_them() -> None:
 def test_plain_never_leaves_anything_behind(value: object) -> None:
     """Whatever is given can be written as strict JSON."""
     json.dumps(plain(value), allow_nan=False)
+
+
+@given(st.sets(st.text("ab_1", min_size=1, max_size=30), min_size=1, max_size=12), st.integers(3, 12))
+def test_short_names_stay_different(names: set[str], room: int) -> None:
+    """Whatever the middle of a long name is; a name that fits stays as it is."""
+    every = sorted(names)
+    short = short_names(every, room)
+    assert len(set(short)) == len(every)
+    assert all(new == name for name, new in zip(every, short, strict=True) if len(name) <= room)

@@ -5,7 +5,8 @@ import pytest
 from cortex_dsl import compile_text
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.report.findings.tally import Tally
-from cortex_dsl.report.terminal.sample_view import sample_view
+from cortex_dsl.report.terminal.render import rendered
+from cortex_dsl.report.views.samples import sample_view
 
 START = "map intersection()\n"
 PARAM = "param V = Range(10, 60) km/h\n"
@@ -20,7 +21,7 @@ def _wide(monkeypatch: pytest.MonkeyPatch) -> None:
 def shown(text: str, capsys: pytest.CaptureFixture[str]) -> str:
     scenario = compile_text(text)
     tally = Tally().plus(scenario.sample(100, seed=1))
-    Terminal(colour=False).out.print(sample_view(scenario.program, tally, 1.0, "seed 1"))
+    Terminal(colour=False).out.print(rendered(sample_view(scenario.program, tally, 1.0, "seed 1"), 100))
     return capsys.readouterr().out
 
 

@@ -356,7 +356,18 @@ def test_titles_with_markup_are_text(program: Program, run: RunReport, report: S
 
 
 def test_a_search_without_a_valid_scene(program: Program, nothing_valid: SearchReport) -> None:
-    """It says so, and shows neither cases nor kinds."""
-    text = text_of(search_screen(program, nothing_valid, ""))
-    assert "no collision in 0 valid simulations" in " ".join(text.split())
+    """It begins with that, counts the requirements, ends with a cure, and shows neither cases nor kinds."""
+    shown = replace(nothing_valid, folder=Path("runs/none"))
+    text = text_of(search_screen(program, shown, ""))
+    assert "no valid scene in 392 simulations" in " ".join(text.split())
+    assert "requirement" in text
+    assert "help: another --seed" in text
     assert "worst" not in text
+
+
+def test_a_lone_ego_has_no_worst_cases(program: Program, report: SearchReport) -> None:
+    """It can meet nobody."""
+    alone = replace(program, actors=program.actors[:1])
+    text = text_of(search_screen(alone, replace(report, cases=(), kinds=()), ""))
+    assert "the ego is the only actor" in text
+    assert "worst cases" not in text

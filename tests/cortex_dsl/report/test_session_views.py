@@ -9,15 +9,17 @@ import pytest
 from rich.console import Console, RenderableType
 
 from cortex_dsl import Scenario, load
-from cortex_dsl.report.findings.cases_found import cases_found
+from cortex_dsl.report.findings.cases_found import cases_found, kinds_of_cases
 from cortex_dsl.report.findings.plotted import Plotted, Shown
 from cortex_dsl.report.terminal.plot_view import distribution_view, scatter_view, values_view
-from cortex_dsl.report.terminal.render import rendered
-from cortex_dsl.report.terminal.requirements_view import weighing_view
-from cortex_dsl.report.terminal.sample_view import still_view
+from cortex_dsl.report.terminal.render import parts, rendered
+from cortex_dsl.report.terminal.still_view import still_view
 from cortex_dsl.report.terminal.theme import THEME
+from cortex_dsl.report.views.requirements import weighing_view
 from cortex_dsl.report.views.search import worst_cases_table
 from engine.acceptance import account, measure_acceptance
+from engine.search.ranking import worst_cases
+from engine.vocabulary import Blame
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 Draw = Callable[[Scenario, int, bool], RenderableType]
@@ -28,9 +30,10 @@ def scenario() -> Scenario:
     return load(LEFT_TURN)
 
 
-def _weighed(scenario: Scenario, _width: int, ascii_only: bool) -> RenderableType:
+def _weighed(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType:
     few, many = (measure_acceptance(scenario.program, count) for count in (100, 20_000))
-    return weighing_view(few, account(many), {1}, ascii_only=ascii_only)
+    line, below = weighing_view(few, account(many), {1})
+    return parts([line, *below], width, ascii_only=ascii_only)
 
 
 def _plotted(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType:
@@ -137,3 +140,15 @@ def test_a_plot_of_what_is_always_the_same(scenario: Scenario) -> None:
     assert "rank correlation none" in shown(scatter_view(_shown(same, same), 80), 80)
     nothing = Shown((Plotted("x", "m", np.zeros(0)),), np.zeros(0, dtype=bool), ran=True, over_run=False, seed=0)
     assert "no scene is accepted" in shown(values_view(nothing, 80), 80)
+
+
+def test_avoidable_kinds_come_first(scenario: Scenario) -> None:
+    """As the headline counts them first; within both groups the order is that of the cases."""
+    campaign = scenario.search("random", generations=1, population=400)
+    kinds = kinds_of_cases(campaign.evaluations, campaign.blame, campaign.kinds, worst_cases(campaign.evaluations, 400))
+    avoidable = [found.kind.blame == Blame.AVOIDABLE for found, _ in kinds]
+    assert avoidable == sorted(avoidable, reverse=True)
+    assert len(set(avoidable)) == 2
+    for group in (True, False):
+        ranks = [case.rank for (_, case), each in zip(kinds, avoidable, strict=True) if each == group]
+        assert ranks == sorted(ranks)

@@ -18,12 +18,11 @@ from cortex_dsl.report.findings.story import end_of
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.progress import SearchProgress, progress_line, progress_view
 from cortex_dsl.report.terminal.render import parts, rendered
-from cortex_dsl.report.terminal.requirements_view import exhausted_view
-from cortex_dsl.report.terminal.sample_view import sample_view
-from cortex_dsl.report.terminal.search_view import rejections
 from cortex_dsl.report.terminal.theme import THEME, title_of
 from cortex_dsl.report.views.measures import further_pairs, measures_blocks, run_details
+from cortex_dsl.report.views.requirements import no_scene_view
 from cortex_dsl.report.views.run import run_screen
+from cortex_dsl.report.views.samples import sample_view
 from cortex_dsl.report.views.search import comparison_screen, search_screen
 from cortex_dsl.report.views.search_details import paper_details, search_details
 from cortex_dsl.semantics.names.linking import FixedParam
@@ -77,7 +76,7 @@ def search_view(program: Program, report: SearchReport, settings: str, width: in
         rendered(search_screen(program, report, settings), width),
         parts([paper_details([report], settings)], width),
     )
-    return Group(*screen, *filter(None, [rejections(program, report)]), parts(search_details(program, report), width))
+    return Group(*screen, parts(search_details(program, report), width))
 
 
 def comparison_view(program: Program, reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
@@ -216,7 +215,7 @@ def test_run_of_a_lonely_actor(run: RunReport, program: Program, outcomes: Outco
 def test_sample(program: Program, scenes: Scenes, width: int) -> None:
     """A sample shows its verdicts, its acceptance, and every requirement with its line and counts."""
     many = Tally().plus(scenes).plus(replace(scenes, verdict=np.array([Verdict.EXHAUSTED], dtype=np.int32)))
-    text = render(sample_view(program, many, 0.1, "seed 0"), width)
+    text = render(rendered(sample_view(program, many, 0.1, "seed 0"), width), width)
     assert_fits(text, width)
     words = " ".join(text.split())
     for phrase in ("2 scenes", "valid 1 50.0 %", "exhausted 1 50.0 %", "6 attempts, 16.7 % of them accepted"):
@@ -228,7 +227,8 @@ def test_sample(program: Program, scenes: Scenes, width: int) -> None:
 def test_exhausted(program: Program, scenes: Scenes, width: int) -> None:
     """Without a scene: the table, the culprit that never held, the params that were tried, and a cure."""
     never = replace(scenes, failed=np.array([[1, 2, 0, 0]], dtype=np.int64))
-    text = render(exhausted_view(program, Tally().plus(never), Verdict.EXHAUSTED, scenes.genomes[0]), width)
+    view = no_scene_view(program, Tally().plus(never), Verdict.EXHAUSTED, scenes.genomes[0])
+    text = render(parts(view, width), width)
     assert_fits(text, width)
     words = " ".join(text.split())
     assert words.startswith("no valid scene in 3 attempts")

@@ -9,13 +9,14 @@ import pytest
 from cortex_dsl import load
 from engine.assessment import take
 from engine.config import Config, SearchConfig
-from engine.outcomes import Assessment, blank_outcomes
+from engine.outcomes import Assessment, Outcomes, blank_outcomes
 from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.evaluator import assessment, make_host
 from engine.search.insight.gene_effects import probe_genes
 from engine.search.protocol import Box
 from engine.search.run import search
+from engine.tables import Floats
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 
@@ -126,3 +127,17 @@ def test_probes_of_a_real_scenario_repeat_its_cases() -> None:
     still = probe_genes(point, take(found.evaluations, slice(None)), evaluate, 5)
     assert still is not None
     assert still.changed.tolist() == [0] * len(box)
+
+
+def test_probes_compute_no_objective() -> None:
+    """The effect of a gene is that on the risk; the risks are those of a search without the objective."""
+    scenario, calls = load(EXAMPLE), []
+
+    def nearest(outcomes: Outcomes) -> Floats:
+        calls.append(len(outcomes))
+        return -outcomes.min_distance[:, 0]
+
+    aimed = scenario.search("random", generations=1, population=30, probes=5, objective=nearest)
+    plain = scenario.search("random", generations=1, population=30, probes=5)
+    assert calls == [30]
+    assert [gene.effect for gene in aimed.genes] == [gene.effect for gene in plain.genes]
