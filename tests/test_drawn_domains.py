@@ -331,7 +331,7 @@ def test_a_value_whose_bounds_leave_its_range_is_an_error(case: tuple[End, str])
 
 
 @given(st.sampled_from(list(product(ENDS, INSIDE))))
-@examples(120)
+@examples(80)
 def test_a_value_up_to_the_end_of_its_range_compiles_and_runs(case: tuple[End, str]) -> None:
     """A closed end is a legal value, and a number next to an open end is, too."""
     end, form = case
