@@ -274,11 +274,11 @@ class Evaluator:
                 return pool.bounds(part.immediates[0])
             return part_interval(part, within, genes)
 
-        return folded(expression, bounds)
+        return folded(expression, bounds, self.algebra.intervals)
 
     def may_be_undefined(self, expression: ir.Expr) -> bool:
         """Return whether a part of an expression may have no value, such as a root."""
-        return may_be_undefined(expression, self.interval)
+        return may_be_undefined(expression, self.interval, self.algebra.undefined)
 
     def truth_of(self, condition: ir.Expr) -> Interval:
         """Return the interval of the truth of a condition, (0, 1) if it may have no value."""

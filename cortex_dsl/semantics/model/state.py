@@ -500,7 +500,7 @@ class VariantState:
         Terms refer to their algebra, functions to the names in their scope. Reference counts then free everything
         without Python's collector.
         """
-        self.algebra.known.clear()
+        self.algebra.close()
         for names in (self.names, *self.imported.values()):
             names.clear()
 
