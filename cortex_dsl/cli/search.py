@@ -160,7 +160,7 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
             compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
-        note_outdated(run.folder, terminal)
+        note_outdated(run.folder, terminal, run.record.links if rest.journal is None else None)
     request = replace(request_of(run, json=options.json), metrics=options.metrics, paper=options.paper)
     return show_found([found], run.scenario, request, terminal)
 

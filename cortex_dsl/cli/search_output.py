@@ -68,13 +68,13 @@ def removed(terminal: Terminal) -> OnRemoved:
     return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
 
 
-def note_outdated(folder: Path, terminal: Terminal) -> None:
+def note_outdated(folder: Path, terminal: Terminal, links: Sequence[str] | None = None) -> None:
     """Name the files that were made before the run or the study went on, with the commands that write them again.
 
     A folder that was removed meanwhile has none.
     """
     with suppress(StoreError):
-        for remark in outdated(folder):
+        for remark in outdated(folder, links):
             terminal.note(remark)
 
 

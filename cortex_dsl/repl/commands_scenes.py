@@ -10,6 +10,7 @@ import numpy as np
 from cortex_dsl.console.kernels import RUN, SAMPLE, SEARCH
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
 from cortex_dsl.console.terminal import Exit, UsageError
+from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.instant import INSTANT, draw, is_undefined
 from cortex_dsl.repl.state import LastSearch, State, refuse, whole_number
 from cortex_dsl.report.findings.tally import Tally
@@ -225,3 +226,6 @@ def _campaign(state: State, scenario: "Scenario", method: str, generations: int,
             )
     except ArgumentError as error:
         raise UsageError(error.message, error.cure) from None
+    except CompileError as error:
+        (proof,) = error.diagnostics
+        raise UsageError(f"{proof.message}: {proof.reason}", proof.cure) from None

@@ -27,11 +27,13 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
+from cortex_dsl.semantics.evaluation.ranges import at_most, in_range, require
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import LaneNow, Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import kind_name, option_name, source_text
 from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     floor,
@@ -42,8 +44,8 @@ from cortex_dsl.semantics.quantities.algebra import (
     table,
     where,
 )
-from cortex_dsl.semantics.quantities.bounds import closed_value
-from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
+from cortex_dsl.semantics.quantities.bounds import closed_value, is_dynamic
+from cortex_dsl.semantics.quantities.units import PURE, Unit, dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -106,9 +108,33 @@ def in_order(ev: Evaluator, name: str, bounds: list[Given], span: Span) -> list[
     return bounds
 
 
+def require_order(ev: Evaluator, name: str, low: Term, high: Term, span: Span) -> None:
+    """Require of the scene that drawn bounds are in order, unless they certainly are.
+
+    Raises:
+        Mistake: they never are.
+    """
+    least, greatest = ev.interval(high - low)
+    if greatest < 0.0:
+        ends = ev.interval(low)[0], ev.interval(high)[1]
+        raise REVERSED_RANGE.mistake(span, name=name, low=f"{ends[0]:g}", high=f"{ends[1]:g}")
+    if least < 0.0 and not (is_dynamic(low) or is_dynamic(high)):
+        require(ev, at_most(low, high), f"bounds of `{name}` in order", span)
+
+
 def check_deviation(value: float | None, span: Span) -> None:
     if value is not None and not value > 0.0:
         raise BAD_DEVIATION.mistake(span, actual=f"{value:g}")
+
+
+def deviation_of(ev: Evaluator, argument: Given, value: Term, dimension: ir.Dimension | None) -> Term:
+    """Return a standard deviation, which is above 0 in every scene.
+
+    Raises:
+        Mistake: it is not, or may be 0 or less.
+    """
+    check_deviation(plain(argument), argument.span)
+    return in_range(ev, value, Domain("the standard deviation", dimension or PURE, above=True), argument.span)
 
 
 def plain(argument: Given) -> float | None:
@@ -331,6 +357,8 @@ def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Valu
     arguments = in_order(ev, name, bound_arguments(name, given, site.span), site.span)
     (low, high), dimension = alike(arguments, site)
     check_order(name, plain(arguments[0]), plain(arguments[1]), site.span)
+    if not ev.facts.from_scenic:
+        require_order(ev, name, low, high, site.span)
     width = high - low
     return recorded(ev, site, low + uniform(ev) * width, dimension)
 
@@ -338,7 +366,7 @@ def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Valu
 def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation), dimension = alike(arguments, site)
-    check_deviation(plain(arguments[1]), arguments[1].span)
+    deviation = deviation_of(ev, arguments[1], deviation, dimension)
     positive = maximum(uniform(ev), SMALLEST_UNIFORM)
     quantile = normal_quantile(positive)
     return recorded(ev, site, mean + deviation * quantile, dimension)
@@ -347,8 +375,9 @@ def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Val
 def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation, low, high), dimension = alike(arguments, site)
-    check_deviation(plain(arguments[1]), arguments[1].span)
+    deviation = deviation_of(ev, arguments[1], deviation, dimension)
     check_order(name, plain(arguments[2]), plain(arguments[3]), site.span)
+    require_order(ev, name, low, high, site.span)
 
     def cumulative(bound: Term) -> Term:
         return normal_cdf((bound - mean) / deviation)

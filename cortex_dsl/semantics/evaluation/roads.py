@@ -13,9 +13,9 @@ from cortex_dsl.semantics.errors.scene import (
     MAP_REMARK,
     MAP_SIGNS,
     MAP_UNREAD,
-    MAP_VARIES,
     MAP_WITHOUT_INTERSECTION,
     NO_SINGLE_INTERSECTION,
+    RUNS_DIFFER,
 )
 from cortex_dsl.semantics.model.areas import all_or_nothing
 from cortex_dsl.semantics.model.context import Evaluator
@@ -55,7 +55,7 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
     """
     networks = ev.file.roads.networks
     if networks and spec not in networks:
-        raise MAP_VARIES.mistake(span)
+        raise RUNS_DIFFER.mistake(span, what="the map")
     if spec not in networks:
         networks[spec] = build_network(spec)
         if isinstance(spec, MapFile):

@@ -13,6 +13,7 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.errors.scene import RUNS_DIFFER
 from cortex_dsl.semantics.errors.values import NOT_CONSTANT
 from cortex_dsl.semantics.model.state import FileContext, FileFacts, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
@@ -215,8 +216,10 @@ class Evaluator:
 
     # -- concrete values ---------------------------------------------------------------------------------------------
 
-    def constant(self, quantity: Quantity, span: Span, purpose: str) -> float:
+    def constant(self, quantity: Quantity, span: Span, purpose: str, *, may_vary: bool = True) -> float:
         """The number itself, where it must be known; asks for the enumeration of finite choices behind it.
+
+        `may_vary`: variants may differ in it.
 
         Raises:
             NeedsExpansion: when it depends on finite choices only.
@@ -225,6 +228,8 @@ class Evaluator:
         value = closed_value(quantity.expr, self._operations())
         if value is not None:
             return value
+        if not may_vary:
+            raise RUNS_DIFFER.mistake(span, what=purpose)
         sites = self._finite_sites(quantity.expr)
         if not sites:
             raise NOT_CONSTANT.mistake(span, purpose=purpose, what=dimension_name(quantity.dimension))

@@ -15,7 +15,7 @@ import pytest
 
 import engine.search.run
 from cortex_dsl.api.derived_files import differing
-from cortex_dsl.api.restoring import restore
+from cortex_dsl.api.restoring import outdated, restore
 from cortex_dsl.api.runs import open_run
 from engine.search.chain import last_link
 from engine.search.journal_reader import read_journal
@@ -234,3 +234,11 @@ def test_a_file_is_replaced_as_a_whole(whole: Path, tmp_path: Path, monkeypatch:
         restore(open_run(run))
     assert files(run) == before
     assert {path.name for path in run.rglob("*")} - {".lock"} == names - {".lock"}
+
+
+def test_links_that_are_known_are_not_read_again(tmp_path: Path) -> None:
+    """A command that has read the journal gives its links; nothing but the page is read then."""
+    (tmp_path / "report.html").write_text("a page without a checksum")
+    assert outdated(tmp_path, ("00",)) == []
+    with pytest.raises(StoreError):
+        outdated(tmp_path)
