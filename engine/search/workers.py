@@ -132,12 +132,16 @@ def process_pool(jobs: int) -> Generator[Executor]:
 def _end_workers(pool: ProcessPoolExecutor) -> None:
     """End the processes of a pool, so that `shutdown` does not wait for their work.
 
-    Python 3.14 has `terminate_workers`. Versions before 3.11.5 also wait until somebody reads the work that is left
-    (https://github.com/python/cpython/issues/94777), so its pipe is closed.
+    Python 3.14 has `terminate_workers`. A process may end amid a result, for whose rest the pool would wait: our end of
+    that pipe is closed. Versions before 3.11.5 also wait until somebody reads the work that is left
+    (https://github.com/python/cpython/issues/94777), so its pipe is closed, too.
     """
     processes: dict[int, BaseProcess] | None = getattr(pool, "_processes", None)
     for process in list((processes or {}).values()):
         process.terminate()
+    results: Any = getattr(pool, "_result_queue", None)
+    if results is not None:
+        results._writer.close()
     queue: Any = getattr(pool, "_call_queue", None)
     if sys.version_info < (3, 11, 5) and queue is not None:
         queue._reader.close()

@@ -288,6 +288,36 @@ def test_a_killed_process_is_not_waited_for(tmp_path: Path) -> None:
     assert done.stdout.split() == ["broken", "over"]
 
 
+ANSWERING = """
+from engine.search.workers import process_pool
+
+def answer(size):
+    return bytes(size)
+
+if __name__ == "__main__":
+    for _ in range(3):
+        with process_pool(2) as pool:
+            futures = [pool.submit(answer, 60_000_000) for _ in range(8)]
+            futures[0].result()
+    print("over")
+"""
+
+
+def test_a_process_that_is_ended_amid_its_answer_is_not_waited_for(tmp_path: Path) -> None:
+    """Results are larger than a pipe, so that the end of the block comes while one is being written."""
+    (tmp_path / "answering.py").write_text(ANSWERING)
+    done = subprocess.run(
+        [sys.executable, "answering.py"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    assert done.stdout == "over\n"
+
+
 class Backwards(Executor):
     """Runs what it is given only when it is asked for, the last first."""
 
