@@ -19,8 +19,6 @@ INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 """Exit codes after a signal, as a shell counts them."""
 NEW_BEFORE_A_LOOK = 500_000
 """Objects that are made before Python looks for garbage among them."""
-PLAIN = {"–": "-", "…": "...", "→": "->", "°": " deg", "∞": "inf", "·": "*", "≤": "<=", "≥": ">=", "×": "x", "±": "+-"}
-"""ASCII for signs of reports."""
 
 
 def process() -> int:
@@ -57,10 +55,12 @@ def _open_streams() -> None:
 
 def _in_plain_characters(error: UnicodeError) -> tuple[str, int]:
     """Return text for characters that an encoding lacks: letters without accents, `?` for what has no other form."""
+    from cortex_dsl.plain_text import ASCII
+
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
-    plain = (PLAIN.get(sign) or normalize("NFKD", sign).encode("ascii", "ignore").decode() or "?" for sign in lacking)
+    plain = (ASCII.get(sign) or normalize("NFKD", sign).encode("ascii", "ignore").decode() or "?" for sign in lacking)
     return "".join(plain), error.end
 
 

@@ -118,14 +118,18 @@ def open_workers(workers: Workers) -> Generator[Executor | None]:
 def process_pool(jobs: int) -> Generator[Executor]:
     """Start a pool of local processes.
 
-    They are spawned, because a forked process would inherit the locks of running threads. The end of the block ends
-    them at once, whatever they do: a batch may take a minute, and the start of a process takes seconds.
+    They are spawned, because a forked process would inherit the locks of running threads. An exception in the block
+    ends them at once, whatever they do: a batch may take a minute, and the start of a process takes seconds.
     """
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), serve_parent)
     try:
         yield pool
-    finally:
+    except BaseException:
         _end_workers(pool)
+        raise
+    finally:
+        if getattr(pool, "_broken", False):
+            _end_workers(pool)
         pool.shutdown(cancel_futures=True)
 
 

@@ -9,6 +9,7 @@ from rich.table import Column as TableColumn
 from rich.table import Table as Columns
 from rich.text import Text
 
+from cortex_dsl.plain_text import ASCII
 from cortex_dsl.report.blocks import (
     Bar,
     Bars,
@@ -50,7 +51,7 @@ SHADES = " ·░▒▓█"
 """Shades of a cell: no run, no failure, then increasing counts of failures."""
 PLAIN_SHADES = " .:+*#"
 PLAIN_LEVELS = str.maketrans(LEVELS, "_.-:=+*#")
-PLAIN_SIGNS = str.maketrans({"→": "->"})
+PLAIN_SIGNS = str.maketrans(ASCII)
 
 
 def rendered(view: Block, width: int, *, ascii_only: bool = False, depth: int = 0) -> RenderableType:
