@@ -3,7 +3,7 @@
 import unicodedata
 from pathlib import Path
 
-ASCII = {"–": "-", "…": "...", "→": "->", "°": " deg", "∞": "inf", "·": "*", "≤": "<=", "≥": ">=", "×": "x", "±": "+-"}
+ASCII = {"–": "-", "…": "~", "→": "->", "°": " deg", "∞": "inf", "·": "*", "≤": "<=", "≥": ">=", "×": "x", "±": "+-"}
 """ASCII for signs of reports."""
 
 

@@ -20,3 +20,7 @@ class HarmlessConsole(Console):
         """Pieces of text and controls, as rich makes them."""
         for piece in super().render(renderable, options):
             yield piece if piece.control or piece.text.isprintable() else Segment(harmless(piece.text), piece.style)
+
+    def on_broken_pipe(self) -> None:
+        """Pass the error on to the command, which ends as after any other output; rich would end it with 1."""
+        raise BrokenPipeError

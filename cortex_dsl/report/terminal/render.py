@@ -107,9 +107,10 @@ def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[R
             yield from [Text()] if apart else []
             yield text_of(words, style, width, ascii_only=ascii_only)
         case Caution(words):
-            yield text_of(words, "warn")
+            yield text_of(words, "warn", width, ascii_only=ascii_only)
         case Facts(rows):
-            yield columns(left(), left(wrap=True), rows=[(text_of(a), text_of(b)) for a, b in rows])
+            cells = [[text_of(word, ascii_only=ascii_only) for word in row] for row in rows]
+            yield columns(left(), left(wrap=True), rows=cells)
         case Table(split=True):
             yield from _tables(block, width, ascii_only)
         case Table():
@@ -132,7 +133,7 @@ def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[R
 def _title(block: Title, width: int, depth: int, ascii_only: bool) -> Iterator[RenderableType]:
     inner = width - MARGIN if depth else width
     contents = [part for each in block.blocks for part in _block(each, inner, depth + 1, ascii_only)]
-    note = text_of(block.note, "quiet")
+    note = text_of(block.note, "quiet", ascii_only=ascii_only)
     head = heading(block.text) + Text("  ") + note if note.plain else heading(block.text)
     yield from [Text()] if depth else []
     yield head
@@ -231,7 +232,7 @@ def _curves(block: Curve, width: int, ascii_only: bool) -> RenderableType:
     room = max(10, min(48, width - labels - EXTENT))
     rows = [
         (
-            text_of(line.label),
+            text_of(line.label, ascii_only=ascii_only),
             Text(_series(sparkline(_stretched(line.values, room), room, low=0.0), ascii_only), line.label.style),
             Text(line.extent, "quiet"),
         )
@@ -281,4 +282,4 @@ def _panel(panel: Panel, width: int, rows: int, ascii_only: bool) -> RenderableT
     lines: list[RenderableType] = []
     if panel.drawing is not None:
         lines += draw_close(panel.drawing, width, rows, ascii_only=ascii_only).lines(ascii_only=ascii_only)
-    return Group(*lines, *(text_of(line) for line in panel.caption))
+    return Group(*lines, *(text_of(line, ascii_only=ascii_only) for line in panel.caption))

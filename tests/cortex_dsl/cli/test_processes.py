@@ -144,9 +144,10 @@ def test_a_signal_is_heard_also_where_exceptions_are_dropped(program: str, numbe
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_a_reader_that_leaves(left_turn: Path) -> None:
-    """`cortexc ... | head`: no traceback, no complaint."""
-    with start(left_turn, "--emit", "program") as process:
+@pytest.mark.parametrize("options", [("--emit", "program"), ("--metrics",)], ids=["text", "view"])
+def test_a_reader_that_leaves(left_turn: Path, options: tuple[str, ...]) -> None:
+    """`cortexc ... | head`: no traceback, no complaint, for a text and for a view."""
+    with start(left_turn, *options) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         process.stdout.readline()
