@@ -16,7 +16,7 @@ from cortex_dsl.api.runs import WORST, OpenedRun, first_cases, open_run
 from engine.assessment import concatenate
 from engine.atomic import write_one
 from engine.checksums import has_checksum, is_unchanged, stamp, with_checksum
-from engine.display import facts_table
+from engine.display import counted, facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
 from engine.search.ranking import Case
@@ -40,7 +40,8 @@ class Verification:
 
     def __repr__(self) -> str:
         """One line, for notebooks."""
-        return f"Verification({len(self)} cases: {', '.join(f'{count} {name}' for name, count in self._counts())})"
+        counts = ", ".join(f"{count} {name}" for name, count in self._counts())
+        return f"Verification({counted(len(self), 'case')}: {counts})"
 
     def _repr_html_(self) -> str:
         return facts_table([("cases", str(len(self))), *((name, str(count)) for name, count in self._counts())])
