@@ -3,6 +3,9 @@
 import unicodedata
 from pathlib import Path
 
+ASCII = {"–": "-", "…": "...", "→": "->", "°": " deg", "∞": "inf", "·": "*", "≤": "<=", "≥": ">=", "×": "x", "±": "+-"}
+"""ASCII for signs of reports."""
+
 
 def visible(text: str) -> str:
     """Return a text with its control and direction characters visible instead of acting on the terminal."""

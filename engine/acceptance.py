@@ -301,11 +301,11 @@ def smallest_conflict(weighing: AcceptanceStatistics) -> Conflict | None:
 
 def _minimal(sets: set[frozenset[int]]) -> list[frozenset[int]]:
     """Return the sets that contain no other set: a set that intersects these intersects all."""
-    kept: list[frozenset[int]] = []
+    minimal: list[frozenset[int]] = []
     for candidate in sorted(sets, key=lambda s: (len(s), sorted(s))):
-        if not any(other <= candidate for other in kept):
-            kept.append(candidate)
-    return kept
+        if not any(other <= candidate for other in minimal):
+            minimal.append(candidate)
+    return minimal
 
 
 def _hitting(sets: list[frozenset[int]], chosen: frozenset[int], left: int) -> Iterator[frozenset[int]]:

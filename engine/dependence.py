@@ -2,45 +2,61 @@
 
 from collections.abc import Iterable, Iterator
 
-import numpy as np
-
-from engine.opcodes import Op
+from engine.opcodes import INSTRUCTIONS, MANY, NUMBER, Op
+from engine.operators import OPERATORS
 from engine.program import Program
 from engine.tables import Ints, Size
 
 EGO = 0
-SURROUNDINGS = {Op.WITHIN, Op.LEAD, Op.TTC, Op.SEES, Op.NOTICES, Op.TOUCHES, Op.CROSSING}
-"""Instructions that look at all actors: the ego may be one that is seen, or one that hides another."""
-STATES = {Op.STATE, Op.VELOCITY}
-"""Instructions that read the state of actor a."""
-BLOCKS = {Op.IS_RUNNING, Op.JUMP_IF_RUNNING, Op.SET_RESUME, Op.RESUME, Op.YIELD}
+READ_ACTOR = frozenset({Op.STATE, Op.VELOCITY})
+"""Instructions that read the state of actor a alone."""
+GEOMETRY = frozenset(op for op in Op if Op.PATH_POSE <= op < Op.STATE)
+CONTROL = frozenset(op for op in Op if op >= Op.JUMP)
+INDIFFERENT = frozenset({*OPERATORS, Op.TABLE, *GEOMETRY, Op.TIME, Op.ACTION, Op.IS_RUNNING, *CONTROL})
+"""Instructions that read registers, the road, the time, blocks and external decisions, or that command their own actor.
+
+All others look at every actor, since the ego may be one that is seen, or one that hides another; or they draw from the
+stream of random numbers of all behaviors, which an absent ego does not advance.
+"""
+BLOCKS = frozenset({Op.IS_RUNNING, Op.JUMP_IF_RUNNING, Op.SET_RESUME, Op.RESUME, Op.YIELD})
 """Instructions that read or set the place at which block a continues."""
 
 
 def ignores_ego(program: Program) -> bool:
-    """Return True if it is certain that nothing that the other actors do depends on the ego, nor any entry.
+    """Return True if it is certain that nothing that the other actors do depends on the ego.
 
-    Random numbers of behaviours come from one stream, which an absent ego does not advance; monitors may start, stop
-    and place actors. With either, the answer is False.
+    False where monitors run, since they may start, stop and place actors.
     """
     code = program.code
     if code.monitor_entry.size:
         return False
     rows = code.step_code
-    others = rows[_reached(rows, code.behaviour_entry[:, 1:].ravel().tolist())]
-    ego = rows[_reached(rows, code.behaviour_entry[:, :1].ravel().tolist())]
-    ops = others[:, 0]
-    if np.isin(ops, [*SURROUNDINGS, Op.RANDOM]).any() or (others[np.isin(ops, [*STATES]), 2] == EGO).any():
+    others = rows[_reached(rows, code.behaviour_entry[:, 1:].ravel().tolist())].tolist()
+    ego = rows[_reached(rows, code.behaviour_entry[:, :1].ravel().tolist())].tolist()
+    if not all(op in INDIFFERENT or (op in READ_ACTOR and actor != EGO) for op, _, actor, *_ in others):
         return False
-    if set(_blocks(others)) & {*_blocks(ego), *code.main_block[:, 0].tolist()}:
-        return False
+    ego_blocks, other_blocks = ({row[2] for row in part if row[0] in BLOCKS} for part in (ego, others))
+    ego_blocks |= set(code.main_block[:, 0].tolist())
+    other_blocks |= set(code.main_block[:, 1:].ravel().tolist())
     first = len(code.literals) + code.variant_values.shape[1] + code.output_register.shape[1]
-    held = {register for register in ego[:, 1].tolist() if first <= register < first + int(code.sizes[Size.LOCALS])}
-    return not held & set(others[:, 1:].ravel().tolist())
+    last = first + int(code.sizes[Size.LOCALS])
+    ego_locals = {register for row in ego for register in _written(row) if first <= register < last}
+    return not (ego_blocks & other_blocks or any(ego_locals.intersection(_read(row, last)) for row in others))
 
 
-def _blocks(rows: Ints) -> Iterator[int]:
-    return (block for op, _, block, *_ in rows.tolist() if op in BLOCKS)
+def _written(instruction: list[int]) -> range:
+    """Return the registers that an instruction writes."""
+    op, destination, *_ = instruction
+    return range(destination, destination + (INSTRUCTIONS[Op(op)].results if op in INSTRUCTIONS else 1))
+
+
+def _read(instruction: list[int], last: int) -> Iterator[int]:
+    """Yield the registers that an instruction reads, those before `last` where their number is not known."""
+    op, _, *operands = instruction
+    counts = INSTRUCTIONS[Op(op)].operands if op in INSTRUCTIONS else (1,) * OPERATORS[Op(op)].arity
+    for operand, count in zip(operands, counts, strict=False):
+        if count != NUMBER:
+            yield from range(operand, last if count == MANY else operand + count)
 
 
 def _reached(rows: Ints, entries: Iterable[int]) -> list[int]:
@@ -56,7 +72,7 @@ def _reached(rows: Ints, entries: Iterable[int]) -> list[int]:
 
 
 def _following(row: int, instruction: list[int]) -> tuple[int, ...]:
-    """Return the rows at which execution may go on after an instruction, in this turn or later."""
+    """Return the rows at which execution may continue after an instruction, in this turn or later."""
     op, _, a, b, c, d = instruction
     match op:
         case Op.JUMP:

@@ -127,7 +127,7 @@ class Episodes:
         self._seen = [np.zeros((n, len(self.observations))) for _ in program.controls]
         self._everywhere = np.ones(n, dtype=bool)
         for seat, _ in self._others:
-            seat.meet(n, self.observations, config.simulation.time_step)
+            seat.initialize(n, self.observations, config.simulation.time_step)
         self._scenes: Scenes | None = None
         self._coming: Scenes | None = None
         self._drawn = np.zeros(n, dtype=bool)
@@ -135,7 +135,7 @@ class Episodes:
         self._streams = np.zeros((n, 2), dtype=np.int64)
         """(n, 2) seed and number of each slot, by which its scenes are drawn."""
         self._ended = np.zeros(n, dtype=bool)
-        self._worth: Floats | None = None
+        self._reward_before: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.runs)
@@ -179,7 +179,7 @@ class Episodes:
         self._begin(np.arange(len(self)))
         self.runs.step()
         self._look()
-        self._worth = self.runs.rewarded
+        self._reward_before = self.runs.rewarded
         return self._views()
 
     def _begin(self, chosen: Ints) -> None:
@@ -233,12 +233,12 @@ class Episodes:
         fresh = np.flatnonzero(self._ended)
         times = self.runs.times
         for number, given in zip(self._numbers, actions, strict=True):
-            asked = self.runs.asked(number)
-            self.runs.decide(number, asked, checked(self.program.controls[number], given, asked, times))
+            queried = self.runs.asked(number)
+            self.runs.decide(number, queried, checked(self.program.controls[number], given, queried, times))
         for seat, number in self._others:
-            asked = self.runs.asked(number)
-            if asked.any():
-                self.runs.decide(number, asked, seat.act(self._seen[number].copy(), asked, times))
+            queried = self.runs.asked(number)
+            if queried.any():
+                self.runs.decide(number, queried, seat.act(self._seen[number].copy(), queried, times))
         if len(fresh):
             self._begin(fresh)
         self.runs.step()
@@ -261,9 +261,9 @@ class Episodes:
 
     def _rewards(self, fresh: Ints) -> list[Floats]:
         """Return the reward (n,) of each agent for the step."""
-        before, self._worth = self._worth, self.runs.rewarded
-        if before is not None and self._worth is not None:
-            gained = self._worth - before
+        before, self._reward_before = self._reward_before, self.runs.rewarded
+        if before is not None and self._reward_before is not None:
+            gained = self._reward_before - before
             gained[fresh] = 0.0
             return [gained.copy() for _ in self._numbers]
         found = self._found()

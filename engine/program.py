@@ -383,7 +383,7 @@ def checking(program: Program, road: Sequence[int], overlap: Sequence[int]) -> P
     return replace(program, code=code)
 
 
-def _only(flags: Ints, kept: Sequence[int]) -> Ints:
+def _only(flags: Ints, chosen: Sequence[int]) -> Ints:
     limited = np.zeros_like(flags)
-    limited[list(kept)] = flags[list(kept)]
+    limited[list(chosen)] = flags[list(chosen)]
     return limited

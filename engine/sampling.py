@@ -310,11 +310,16 @@ def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, con
 
     def run(chunk: tuple[int, int]) -> None:
         part = slice(*chunk)
-        asked = _asked(request, part)
+        rows_request = _request_of(request, part)
         if confiner is not None:
-            asked = asked._replace(confinement=confiner.confinement(asked, part))
+            rows_request = rows_request._replace(confinement=confiner.confinement(rows_request, part))
         sample_rows(
-            recipe, asked, 0, len(asked.keys), scratch_of(recipe), ledger._make(array[part] for array in ledger)
+            recipe,
+            rows_request,
+            0,
+            len(rows_request.keys),
+            scratch_of(recipe),
+            ledger._make(array[part] for array in ledger),
         )
 
     if jobs == 1 or len(chunks) < 2:
@@ -325,7 +330,7 @@ def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, con
         list(pool.map(run, chunks))
 
 
-def _asked(request: Request, rows: slice | Ints) -> Request:
+def _request_of(request: Request, rows: slice | Ints) -> Request:
     arrays = ("genes", "group", "keys", "begun")
     return request._replace(**{name: getattr(request, name)[rows] for name in arrays})
 
@@ -336,10 +341,10 @@ def _draw_on(
     """Make further attempts at scenes that were found."""
     found = ledger._make(array[rows] for array in ledger)
     found.variant[:] = -1
-    asked = _asked(request, rows)._replace(begun=found.attempts.copy())
-    _run_chunks(recipe, asked, found, jobs, confiner and _Confiner(confiner.prune, confiner.genomes[rows]))
-    for kept, new in zip(ledger, found, strict=True):
-        kept[rows] = new
+    rows_request = _request_of(request, rows)._replace(begun=found.attempts.copy())
+    _run_chunks(recipe, rows_request, found, jobs, confiner and _Confiner(confiner.prune, confiner.genomes[rows]))
+    for target, new in zip(ledger, found, strict=True):
+        target[rows] = new
 
 
 def scratch_of(recipe: Recipe) -> Scratch:

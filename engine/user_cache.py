@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 ENVIRONMENT_VARIABLE = "CORTEXC_CACHE"
-KEPT = 8
+MAX_OTHERS = 8
 """Number of entries of other versions that stay: several checkouts may share one user's cache."""
 IN_USE = 600.0
 """Time since its last use within which an entry is never removed [s]: another process may be writing it."""
@@ -82,7 +82,7 @@ def remove_old(root: Path, family: str, current: Path) -> None:
     """Remove the entries of a family except the most recently used ones and those in use."""
     with contextlib.suppress(OSError):
         others = [(path.stat().st_mtime, path) for path in root.glob(family) if path != current]
-        for used, path in sorted(others, reverse=True)[KEPT:]:
+        for used, path in sorted(others, reverse=True)[MAX_OTHERS:]:
             if time.time() - used > IN_USE:
                 _remove(path)
 

@@ -54,7 +54,7 @@ def command_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkSer
 @pytest.fixture(scope="session")
 def ga_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished search of the example by the genetic algorithm; whoever writes into it takes a copy."""
-    return shared(tmp_path_factory, "ga", LEFT_TURN, *SEARCH)
+    return shared(tmp_path_factory, "ga", LEFT_TURN, *SEARCH, "--json")
 
 
 @pytest.fixture(scope="session")

@@ -15,13 +15,16 @@ from cortex_dsl.cli import main
 LEFT_TURN = Path(__file__).parents[1] / "examples" / "left_turn.scn"
 GENERATIONS, POPULATION = 4, 30
 STUDY = ("--runs", 2, "--generations", 3, "--population", 12, "--jobs", 1)
-SEARCH = ("--ga", "--generations", GENERATIONS, "--population", POPULATION, "--seed", 1, "--jobs", 1, "--json")
+SEARCH = ("--ga", "--generations", GENERATIONS, "--population", POPULATION, "--seed", 1, "--jobs", 1)
 
 
 @contextmanager
 def small_designs() -> Iterator[None]:
-    """Pages find out which params matter by a design of at most 500 simulations, where users get one of 20,000."""
+    """Pages find out which params matter by a design of at most 500 simulations, where users get one of 20,000, and
+    conditions of failures are judged by 400 draws, where users get 2,000.
+    """
     from cortex_dsl.report.page import run_page
+    from engine.search.insight import clusters
 
     analyse = run_page.analyse
 
@@ -30,6 +33,8 @@ def small_designs() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run_page, "analyse", small)
+        patch.setattr(clusters, "BACKGROUND", 400)
+        patch.setattr(clusters, "JUDGES", 400)
         yield
 
 

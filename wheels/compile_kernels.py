@@ -12,9 +12,10 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 
 import engine.kernels
+from engine.compiling_apart import stored_name
 from engine.kernels.jit import content_key
 from engine.kernels.packaged import process_triple, wheel_target, write_target
 from engine.kernels.shared import Shared
@@ -49,10 +50,9 @@ def compile_kernels(folder: Path, arguments: tuple[str, ...] = EVERY_KERNEL) -> 
 
 def deferred_names() -> list[str]:
     """Return the pattern of the file of each kernel that only some programs need."""
-    modules = [import_module(f"engine.kernels.{each.name}") for each in iter_modules(engine.kernels.__path__)]
+    modules = [import_module(each.name) for each in walk_packages(engine.kernels.__path__, "engine.kernels.")]
     kernels = {each for module in modules for each in vars(module).values() if isinstance(each, Shared)}
-    parts = ((each.__module__.rpartition(".")[2], each.name) for each in kernels if not each.is_always_needed)
-    return sorted(f"{module}/{module}.{name}.*.nbc" for module, name in parts)
+    return sorted(stored_name(each, "*") for each in kernels if not each.is_always_needed)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from engine.config import Config
 from engine.program import Program
 from engine.search.campaign import Campaign
 from engine.search.manifest import Manifest
-from engine.search.probability.estimates import KEPT as ESTIMATES
+from engine.search.probability.estimates import FILE_NAME as ESTIMATES
 from engine.search.ranking import Case, lost_cases
 from engine.search.result_files import result_files
 from engine.search.store import StoreError, store_errors

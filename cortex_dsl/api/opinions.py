@@ -3,7 +3,6 @@
 `cx.verify("runs/left_turn-ga-001", cases=10)` gives one answer for each of the ten worst.
 """
 
-import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,14 +11,14 @@ from typing import Any
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.derived_files import VERIFICATION
-from cortex_dsl.api.runs import WORST, OpenedRun, first_cases, open_run
+from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.assessment import concatenate
 from engine.atomic import write_one
-from engine.checksums import has_checksum, is_unchanged, stamp, with_checksum
+from engine.checksums import stamp, with_checksum
 from engine.display import counted, facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
-from engine.search.ranking import Case
+from engine.search.ranking import WORST, Case
 from engine.search.store import store_errors
 from engine.strict_json import json_text
 from engine.verification import Answer, Verified
@@ -63,7 +62,7 @@ def verify(
     if model not in MODELS:
         raise ArgumentError(f"there is no model `{model}`", f"name one of {', '.join(MODELS)}")
     opened = run if isinstance(run, OpenedRun) else open_run(run)
-    chosen = first_cases(opened, arguments.whole("cases", cases, 1))
+    chosen = opened.first_cases(arguments.whole("cases", cases, 1))
     if not chosen:
         return Verification((), ())
     config = opened.scenario.config
@@ -85,18 +84,3 @@ def keep(run: OpenedRun, content: Mapping[str, Any]) -> Path:
         text = json_text({**stamp(run.record.link), **content}, indent=2)
         write_one(path, with_checksum(f"{text}\n"))
     return path
-
-
-def kept(run: OpenedRun) -> dict[str, str]:
-    """Return the answers that are stored next to the journal, by the keys of their cases.
-
-    Answers for another program, and changed files, are ignored.
-    """
-    try:
-        file = (run.folder / VERIFICATION).read_bytes()
-        found = json.loads(file)
-        if (has_checksum(file) and not is_unchanged(file)) or found["program"] != run.scenario.program.digest:
-            return {}
-        return {case["key"]: case["answer"] for case in found["cases"]}
-    except (OSError, ValueError, KeyError, TypeError):
-        return {}

@@ -165,8 +165,8 @@ def _is_of_driver(run: OpenedRun, config: Config, done: Repeated) -> bool:
         if name_of(evaluations.keys[*row], evaluations.genomes[row[0]]) in run.record.actions
     ]
     again = np.array(rows, dtype=np.int64).reshape(-1, 2)
-    kept = repeat(run.scenario.program, config, manifest.profile, manifest.objective, evaluations, again)
-    return bool(kept.same.all())
+    repeated = repeat(run.scenario.program, config, manifest.profile, manifest.objective, evaluations, again)
+    return bool(repeated.same.all())
 
 
 def _name(evaluations: Evaluations, individual: int, rollout: int) -> str:
@@ -183,11 +183,11 @@ def _driven_again(run: OpenedRun) -> tuple[Bools, tuple[str, ...]]:
     keys, genomes = evaluations.keys, evaluations.genomes
     if driver is None or driver.can_drive_new_scenes:
         return np.ones(keys.shape[:2], dtype=np.bool_), ()
-    kept = [
+    has_decisions = [
         [name_of(key, genome) in run.record.actions for key in rollouts]
         for rollouts, genome in zip(keys, genomes, strict=True)
     ]
-    among = np.array(kept, dtype=np.bool_).reshape(keys.shape[:2])
+    among = np.array(has_decisions, dtype=np.bool_).reshape(keys.shape[:2])
     remark = f"only simulations whose decisions are kept are run again; `{driver.name}` is needed for all others"
     return among, (remark,)
 

@@ -85,15 +85,18 @@ def _remark(folder: Path, name: str, difference: Difference | None) -> str:
     return f"`{name}` {difference}{cure}"
 
 
-def outdated(folder: Path) -> list[str]:
+def outdated(folder: Path, links: Sequence[str] | None = None) -> list[str]:
     """Return a remark on each file that was made from an earlier state of the journal or the study beside it.
+
+    `links` are those of the journal, or the seals of the study, where they are known; None: they are read.
 
     Raises:
         StoreError: there is no readable run or study, or a file cannot be read.
     """
     if not any((folder / name).exists() for name in WITH_CHECKSUM):
         return []
-    links = read_study(folder).seals if is_study(folder) else read_journal(folder / JOURNAL).links
+    if links is None:
+        links = read_study(folder).seals if is_study(folder) else read_journal(folder / JOURNAL).links
     found = checked_checksums(folder, links).items()
     return [_remark(folder, name, difference) for name, difference in found if difference is Difference.OUTDATED]
 

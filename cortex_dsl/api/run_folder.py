@@ -162,8 +162,10 @@ def same_objective(
     named = manifest.objective
     aims = named if given is None else tuple(given)
     if names_of(aims) != named:
-        asked = ", ".join(names_of(aims))
-        raise StoreError(f"`{folder}` looks for {', '.join(named)}, not for {asked}", "start a new search for that")
+        given_text = ", ".join(names_of(aims))
+        raise StoreError(
+            f"`{folder}` looks for {', '.join(named)}, not for {given_text}", "start a new search for that"
+        )
     known = known_objectives(program)
     if strange := [each for each in aims if isinstance(each, str) and each not in known]:
         raise StoreError(

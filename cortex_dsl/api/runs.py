@@ -6,6 +6,7 @@
 >>> run.scenario.watch(run.scenario.scene_of(genome, key))
 """
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from cortex_dsl.api.arguments import SearchSettings, kind, path_of, with_keywords
-from cortex_dsl.api.derived_files import WORST_FOLDER
+from cortex_dsl.api.derived_files import VERIFICATION, WORST_FOLDER
 from cortex_dsl.api.run_folder import (
     FAILURES,
     KeptFiles,
@@ -26,24 +27,21 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
+from engine.checksums import has_checksum, is_unchanged
 from engine.display import counted, facts_table
 from engine.search.campaign import Campaign
 from engine.search.insight.kinds import blamed
 from engine.search.journal_reader import Record, damaged, read_journal
-from engine.search.manifest import Manifest, Text, check_program
+from engine.search.manifest import Manifest, ManifestError, Text, check_program
 from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, ObjectiveSpec
-from engine.search.ranking import Case, order_of_risk, worst_cases
+from engine.search.ranking import WORST, Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, located
-from engine.search.typed import ManifestError
 from engine.tables import Ints
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
-
-WORST = 10
-"""Cases of which the run's folder has a scenario each, of many kinds."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +72,38 @@ class OpenedRun:
         from engine.search.evaluator import make_blaming
 
         return blamed(self.record.evaluations, make_blaming(self.scenario.program, self.scenario.config))
+
+    @cached_property
+    def opinions(self) -> dict[str, str]:
+        """Return the answers of `cortexc verify --model dynamic` that are stored next to the journal, by case key.
+
+        Answers for another program, and changed files, are ignored.
+        """
+        try:
+            file = (self.folder / VERIFICATION).read_bytes()
+            found = json.loads(file)
+            if (has_checksum(file) and not is_unchanged(file)) or found["program"] != self.scenario.program.digest:
+                return {}
+            return {case["key"]: case["answer"] for case in found["cases"]}
+        except (OSError, ValueError, KeyError, TypeError):
+            return {}
+
+    def every_case(self) -> tuple[Case, ...]:
+        """Return every genome with a valid simulation or, if the search looked for these, with a failure of a
+        controller.
+
+        Number 7 is `worst/07.scn`; from 11 on all others, worst first.
+        """
+        evaluations = self.record.evaluations
+        first = worst_cases(evaluations, WORST, self.blame)
+        taken = {case.row for case in first}
+        every = worst_cases(evaluations, len(order_of_risk(evaluations)), self.blame)
+        rest = [case for case in every if case.row not in taken]
+        return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
+
+    def first_cases(self, count: int) -> tuple[Case, ...]:
+        """Return the first `count` cases of which there is a run: not those over which a controller failed."""
+        return tuple(case for case in self.every_case() if not case.lost)[:count]
 
     def scene(self, case: Case) -> "Scenes":
         """Return the scene of one of its cases, sampled again.
@@ -214,24 +244,3 @@ def _text_of(name: str) -> str | None:
         return read_source(name).text
     except CompileError:
         return None
-
-
-# -- its cases by number: those of its folder `worst` first, then all others, worst first ------------------------------
-
-
-def every_case(run: OpenedRun) -> tuple[Case, ...]:
-    """Return every genome with a valid simulation or, if the search looked for these, with a failure of a controller.
-
-    Number 7 is `worst/07.scn`; from 11 on all others, worst first.
-    """
-    evaluations = run.record.evaluations
-    first = worst_cases(evaluations, WORST, run.blame)
-    taken = {case.row for case in first}
-    every = worst_cases(evaluations, len(order_of_risk(evaluations)), run.blame)
-    rest = [case for case in every if case.row not in taken]
-    return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
-
-
-def first_cases(run: OpenedRun, count: int) -> tuple[Case, ...]:
-    """Return the first `count` cases of which there is a run: not those over which a controller failed."""
-    return tuple(case for case in every_case(run) if not case.lost)[:count]

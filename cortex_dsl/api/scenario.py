@@ -28,6 +28,7 @@ import numpy as np
 from cortex_dsl.api import arguments
 from cortex_dsl.api.arguments import PRESET, PROFILE, SearchSettings
 from cortex_dsl.api.concrete import Original, concrete_files
+from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
@@ -53,6 +54,8 @@ if TYPE_CHECKING:
     from engine.world import WorldRun
 
 
+NO_SCENE = (Verdict.EXHAUSTED, Verdict.INFEASIBLE)
+"""Verdicts of a scene that no attempt made valid."""
 MOST_SCENES = 1 << 32
 """The largest number of scenes: one seed has no more streams."""
 
@@ -85,8 +88,9 @@ class Scenario:
 
         Raises:
             ArgumentKindError, ArgumentError: `count`, `seed` or `jobs` cannot be, or the genome has another length.
+            CompileError: it is proved that no scene of the file is valid.
         """
-        from engine.sampling import draw_genomes
+        from engine.sampling import draw_genomes, sample
         from engine.streams import key_rows
 
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
@@ -94,8 +98,28 @@ class Scenario:
             what = f"count: expected at most {MOST_SCENES:,}, got {count:,}"
             raise ArgumentError(what, "draw fewer, by several seeds")
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
-        given = None if genome is None else np.tile(arguments.genome_of(self.program, genome), (count, 1))
-        return self._drawn(draw_genomes(self.program.space, keys) if given is None else given, keys, jobs)
+        if genome is not None:
+            return self._drawn(np.tile(arguments.genome_of(self.program, genome), (count, 1)), keys, jobs)
+        genomes = draw_genomes(self.program.space, keys)
+        if count and sample(self.program, genomes[:1], keys[:1], self.config.simulation).verdict[0] in NO_SCENE:
+            self.check_possible()
+        return self._drawn(genomes, keys, jobs)
+
+    def check_possible(self) -> None:
+        """Check that it is not proved that no scene is valid.
+
+        Raises:
+            CompileError: it is, with the requirements that exclude each other.
+        """
+        from engine.feasibility import remembered
+
+        if not (found := remembered(self.program)).infeasible:
+            return
+        from cortex_dsl.report.findings.impossible import no_scene_at_all
+
+        source = self.compiled.source
+        with arguments.drawn_errors():
+            raise CompileError(source, [no_scene_at_all(self.program, source, found)])
 
     def _drawn(self, genomes: "Floats", keys: "Ints", jobs: int = 1) -> "Scenes":
         """Sample scenes, with the driver that the config names."""
@@ -176,7 +200,7 @@ class Scenario:
         for number, key in enumerate(single_keys(self.program, seed)):
             scenes = self._drawn(draw_genomes(self.program.space, key), key)
             yield scenes
-            if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
+            if scenes.verdict[0] not in NO_SCENE:
                 return
             if number == 0 and explain(self.program).infeasible:
                 return
@@ -267,6 +291,7 @@ class Scenario:
             UnknownMethodError, ArgumentError: an unknown method, preset, profile, aggregate or engine, or an impossible
                 number.
             MissingExtraError, PluginError: the method cannot be used here.
+            CompileError: it is proved that no scene of the file is valid.
         """
         from engine.search.run import search
         from engine.search.workers import Workers
@@ -281,6 +306,7 @@ class Scenario:
         aims = arguments.objectives_of(self.program, objective)
         settled = replace(self.config.search, **settings)
         config = replace(self.config, search=settled, ga=replace(self.config.ga, preset=preset))
+        self.check_possible()
         if out is None:
             return search(self.program, method, config, profile, on_generation, workers=workers, objective=aims)
         from cortex_dsl.api.run_folder import SearchOptions, search_and_keep

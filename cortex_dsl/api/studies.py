@@ -99,7 +99,7 @@ def study(
                 `engine.config.SearchConfig`, in place of those of each scenario's config.
 
     Raises:
-        CompileError: a file has errors.
+        CompileError: a file has errors, or it is proved that none of its scenes is valid.
         UnknownMethodError, MissingExtraError, PluginError: a method cannot be used here.
         ArgumentError, ArgumentKindError: no scenario, one without params, an impossible number, an unknown setting.
         StoreError: the folder cannot be written, or a worker was killed.
@@ -223,6 +223,7 @@ def _unfolded(path: Path) -> list[Path]:
 def _subject(name: str, scenario: Scenario, preset: str, settings: Mapping[str, Any]) -> Subject:
     if not len(scenario.program.space):
         raise ArgumentError(f"files: `{name}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
+    scenario.check_possible()
     config = scenario.config
     config = replace(config, search=replace(config.search, **settings), ga=replace(config.ga, preset=preset))
     return Subject(name, scenario.compiled.source.name, scenario.program, config, origin_of(scenario))

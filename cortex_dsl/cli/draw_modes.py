@@ -3,7 +3,6 @@
 With `--ego` it also counts the endings of their runs.
 """
 
-import shlex
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,8 +17,15 @@ from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.kernels import RUN, SAMPLE, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
-from cortex_dsl.console.simulating import draw, failure_of, open_scenario, perform_run, proved_impossible
-from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.simulating import (
+    draw,
+    failure_of,
+    open_scenario,
+    perform_run,
+    proved_impossible,
+    show_no_scene,
+)
+from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.report.findings.driven_runs import DrivenRuns, runs_content
 from cortex_dsl.report.findings.run_report import requirements_content
@@ -71,11 +77,7 @@ class DrawnScene:
 
 
 def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
-    """The scene of `cortexc WORDS…`; the exit code where the file has errors, which are shown.
-
-    Raises:
-        UsageError: no scene meets the requirements.
-    """
+    """Return the scene of `cortexc WORDS…`, or the exit code where the file has errors or no scene is valid."""
     parser = add_rows(Parser(prog="cortexc", allow_abbrev=False, add_help=False), OPTIONS)
     request = to_request(settle(OPTIONS, parser.parse_args(words)))
     compiled = compile_request(request.compile, terminal)
@@ -84,10 +86,7 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
     scenario = open_scenario(request.compile, request.run, compiled)
     scenes, tally = draw(scenario, request.run.seed)
     if not scenes.valid[0]:
-        raise UsageError(
-            f"no scene of `{request.compile.file}` meets its requirements, after {tally.attempts:,} attempts",
-            f"`{shlex.join(['cortexc', *words])}` says which of them is to blame",
-        )
+        return show_no_scene(request.compile, request.run, scenario, scenes, tally, terminal)
     return DrawnScene(request.run, scenario, scenes)
 
 

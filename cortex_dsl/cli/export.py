@@ -98,7 +98,6 @@ def _home(path: Path) -> Path:
 
 def _of_run(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
-    from cortex_dsl.api.runs import first_cases
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.interchange.cases import case_of_run
 
@@ -106,7 +105,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
     case = cases_of(run, options.what, options.case)[options.case - 1]
-    chosen = (case,) if options.top is None else first_cases(run, options.top)
+    chosen = (case,) if options.top is None else run.first_cases(options.top)
     with usage_errors():
         return [case_of_run(run, case) for case in chosen]
 

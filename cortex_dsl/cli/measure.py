@@ -15,7 +15,7 @@ from cortex_dsl.cli.export import OSC, esmini_named
 from cortex_dsl.console.command import Command, Condition, Option, typed_again
 from cortex_dsl.console.request import seconds, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.console.user_files import Asked, place_files, reason
+from cortex_dsl.console.user_files import OverwriteFlags, place_files, reason
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO
 from cortex_dsl.spelling import nearest
 from engine.errors import InterchangeError
@@ -295,7 +295,7 @@ def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Name
 # -- `--all`: every pair of a recording, the worst first ---------------------------------------------------------------
 
 NEAREST, FARTHEST = 1.0, 1000.0
-ASKED = Asked("--table or --page", "--force")
+OVERWRITE = OverwriteFlags("--table or --page", "--force")
 
 
 def _rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
@@ -342,7 +342,7 @@ def _write_ranking(report: "RankedReport", tracks: "Tracks", options: argparse.N
 
         files[options.page] = ranking_page(report, tracks).encode()
     for path in sorted(files, key=os.path.lexists, reverse=True):
-        place_files(path.parent, {path.name: files[path]}, force=options.force, asked=ASKED)
+        place_files(path.parent, {path.name: files[path]}, force=options.force, flags=OVERWRITE)
 
 
 def _show_ranking(report: "RankedReport", options: argparse.Namespace, terminal: Terminal) -> None:

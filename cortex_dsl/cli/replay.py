@@ -57,7 +57,7 @@ def _target(text: str) -> Path:
 def _of_run(options: argparse.Namespace, terminal: Terminal) -> Replayed:
     """A case of a run, by default the worst."""
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
-    from cortex_dsl.report.page.run_page import replay_of_case
+    from cortex_dsl.report.findings.case_replay import replay_of_case
 
     folder, rank = options.what, options.case or 1
     run = opened_run(folder, terminal)

@@ -44,31 +44,31 @@ from engine.search.searchers import SearcherEntry, UnknownMethodError, build_sea
 from engine.study.database import is_study
 
 
-def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> int:
+def search(request: CompileRequest, run: RunRequest, task: SearchRequest, terminal: Terminal) -> int:
     """Search by every requested method, and show the results."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    scenario = open_scenario(request, run, compiled, asked)
+    scenario = open_scenario(request, run, compiled, task)
     with usage_errors():
-        aims = objectives(scenario.program, asked.objective)
-        for method in asked.methods:  # report missing packages before anything is made
+        aims = objectives(scenario.program, task.objective)
+        for method in task.methods:  # report missing packages before anything is made
             seek(build_searcher(method, Box.of(scenario.program.space), scenario.config), method, len(aims))
         compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
         if (impossible := proved_impossible(scenario, request, run, terminal, "search", {"searches": []})) is not None:
             return impossible
-        found = _searches(scenario, run, asked, terminal)
+        found = _searches(scenario, run, task, terminal)
     return show_found(found, scenario, request, terminal)
 
 
-def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> list[SearchResult]:
+def _searches(scenario: Scenario, run: RunRequest, task: SearchRequest, terminal: Terminal) -> list[SearchResult]:
     """Run one search after the other; Ctrl-C ends the present one and omits later ones."""
     done: list[SearchResult] = []
-    for method in asked.methods:
+    for method in task.methods:
         try:
-            done.append(_search(method, scenario, run, asked, terminal))
+            done.append(_search(method, scenario, run, task, terminal))
         except KeyboardInterrupt:
             if not done:
                 raise
@@ -78,17 +78,17 @@ def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, termina
     return done
 
 
-def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> SearchResult:
+def _search(method: str, scenario: Scenario, run: RunRequest, task: SearchRequest, terminal: Terminal) -> SearchResult:
     """One whole search with its run directory."""
-    out = asked.out / method if asked.out is not None and len(asked.methods) > 1 else asked.out
-    with watched(terminal, method, asked.generations) as on_generation:
+    out = task.out / method if task.out is not None and len(task.methods) > 1 else task.out
+    with watched(terminal, method, task.generations) as on_generation:
         options = SearchOptions(
             profile=run.profile,
-            objective=asked.objective,
-            workers=chosen_workers(scenario.config.search.engine, run.jobs, asked.dask),
+            objective=task.objective,
+            workers=chosen_workers(scenario.config.search.engine, run.jobs, task.dask),
             on_generation=on_generation,
             on_removed=removed(terminal),
-            command_line=asked.command_line,
+            command_line=task.command_line,
         )
         return search_and_keep(scenario, method, out, options)
 
@@ -151,7 +151,7 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
             compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
-        note_outdated(run.folder, terminal)
+        note_outdated(run.folder, terminal, run.record.links if rest.journal is None else None)
     request = replace(request_of(run, json=options.json), metrics=options.metrics, paper=options.paper)
     return show_found([found], run.scenario, request, terminal)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from cortex_dsl.api.restoring import outdated
 from cortex_dsl.api.run_folder import OnRemoved, SearchResult
-from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
+from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show, show_compiled
@@ -68,13 +68,13 @@ def removed(terminal: Terminal) -> OnRemoved:
     return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
 
 
-def note_outdated(folder: Path, terminal: Terminal) -> None:
+def note_outdated(folder: Path, terminal: Terminal, links: Sequence[str] | None = None) -> None:
     """Name the files that were made before the run or the study went on, with the commands that write them again.
 
     A folder that was removed meanwhile has none.
     """
     with suppress(StoreError):
-        for remark in outdated(folder):
+        for remark in outdated(folder, links):
             terminal.note(remark)
 
 
@@ -222,7 +222,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     Raises:
         UsageError: there are none, or fewer than `rank`.
     """
-    cases = every_case(run)
+    cases = run.every_case()
     if not cases:
         raise UsageError(f"`{folder}` has no case: none of its simulations was valid", "search again")
     if rank > len(cases):
@@ -242,8 +242,8 @@ def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, js
     run = opened_run(folder, terminal, ego, json=json)
     driver = run.scenario.config.driver
     if driver is not None and not driver.can_drive_new_scenes:
-        alone = f"without `{driver.name}`, who drove, only runs whose decisions are kept can be run again"
-        terminal.note(f"{alone}; for more, {driver_hint(driver.name)}")
+        alone = f"simulations whose decisions are stored are run again; new ones need the driver `{driver.name}`"
+        terminal.note(f"{alone}: {driver_hint(driver.name)}")
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     check_past(run, terminal)

@@ -283,7 +283,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     study = read_study(folder)
     found = findings(study.plan, study.records)
     restore_study(study, found)
-    note_outdated(folder, terminal)
+    note_outdated(folder, terminal, study.seals)
     if not json:
         terminal.out.print(rendered(study_view(study, found), terminal.out.width))
     code = _end_of(study, terminal)

@@ -7,7 +7,7 @@ import argparse
 
 from cortex_dsl.api.opinions import MODELS, keep, verify
 from cortex_dsl.api.proofs import SAMPLE, Proof, prove, prove_study
-from cortex_dsl.api.runs import WORST, OpenedRun
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.cli.search_output import check_past, checked_run, opened_run, usage_errors
 from cortex_dsl.console.command import EGO, JOBS, Command, Condition, Option, run_of
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
@@ -17,6 +17,7 @@ from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.render import rendered
 from cortex_dsl.report.views.verification import verification_view
+from engine.search.ranking import WORST
 from engine.strict_json import plain
 from engine.study.database import is_study
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cortex_dsl.console.command import EXAMPLE_RUN, SEED, Condition, Option, excluded_by
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Terminal, UsageError
-from cortex_dsl.console.user_files import FLAGS, Asked, is_folder, place_files
+from cortex_dsl.console.user_files import FLAGS, OverwriteFlags, is_folder, place_files
 from cortex_dsl.interchange.formats import FORMATS, PLAYED_BY_CARLA, RECORDINGS, missing_extra
 from cortex_dsl.shipped import SUFFIX
 from cortex_dsl.spelling import nearest
@@ -132,7 +132,7 @@ def write_cases(
     how: "ExportOptions",
     *,
     force: bool,
-    asked: Asked = FLAGS,
+    flags: OverwriteFlags = FLAGS,
     esmini: Path | None = None,
 ) -> "Written":
     """Write all files of some cases, in every format that can represent all of them.
@@ -151,7 +151,7 @@ def write_cases(
     except InterchangeError as error:
         raise UsageError(f"{error.place}: {error.message}", error.cure) from None
     certificates = [] if esmini is None else with_certificates(gathered, cases, how, esmini)
-    same = place_files(folder, gathered.files, force=force, asked=asked)
+    same = place_files(folder, gathered.files, force=force, flags=flags)
     opened = {name: kind.opened for name, kind in FORMATS.items()}
     if how.player == "carla":
         opened["xosc"] = PLAYED_BY_CARLA.replace("RATE", f"{1.0 / cases[0].recording.step:g}")

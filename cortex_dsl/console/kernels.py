@@ -25,13 +25,22 @@ class MissingKernels:
     """Kernels that a command will call, and that are stored nowhere."""
 
     demand: "KernelDemand"
-    folder: Path
-    """The cache of this version."""
-    stored: int
-    """Kernels in the cache before the missing kernels are compiled."""
+    folders: tuple[Path, ...]
+    """The cache of this version, and the folder of the kernels that the package carries, if there is one."""
     count: int
     started: float = field(default_factory=time.monotonic)
     """Time at which the compilation begins [s], by the monotonic clock."""
+
+    @property
+    def folder(self) -> Path:
+        """Return the cache of this version."""
+        return self.folders[0]
+
+    def still_missing(self) -> int:
+        """Return the number of kernels that are stored nowhere yet."""
+        from engine.compiling_apart import missing_kernels
+
+        return missing_kernels(self.demand, self.folders)
 
 
 def compile_kernels(
@@ -54,13 +63,14 @@ def find_missing_kernels(
     parts: tuple[str, ...], program: Program | None = None, config: Config | None = None
 ) -> MissingKernels | None:
     """Return the kernels that are stored neither in the cache nor in the package; None if all of them are."""
-    from engine.compiling_apart import PARTS, KernelDemand, count_kernels, missing_kernels
+    from engine.compiling_apart import PARTS, KernelDemand, missing_kernels
     from engine.kernels.jit import cache_folder, packaged
 
-    folder, carried = cache_folder(), packaged()
+    carried = packaged()
+    folders = (cache_folder(), *([carried.folder] if carried else []))
     demand = KernelDemand(tuple(PARTS[name] for name in parts), program, replace(config or Config(), driver=None))
-    count = missing_kernels(demand, [folder, *([carried.folder] if carried else [])])
-    return MissingKernels(demand, folder, count_kernels(folder), count) if count else None
+    count = missing_kernels(demand, folders)
+    return MissingKernels(demand, folders, count) if count else None
 
 
 @contextmanager
@@ -75,7 +85,7 @@ def show_compilation(terminal: Terminal, missing: MissingKernels) -> Generator["
     if first_root is not None and folder.parent != first_root:
         why = f"kernels are stored in {folder}: {first_root} cannot be written, is full or belongs to another user"
         terminal.note(why, "warn")
-    with KernelProgress(terminal.err, folder, missing.stored, missing.count, started=missing.started) as progress:
+    with KernelProgress(terminal.err, missing.count, missing.still_missing, started=missing.started) as progress:
         yield progress
     if not count_kernels(folder):
         why = f"compiled kernels could not be stored in {folder}: each start compiles them again"

@@ -1,7 +1,7 @@
 """Mistakes of a scenario that show only after it compiled, as diagnostics like any other.
 
-Before sampling it may be proved that no scene exists, or that objects do not fit at their places. A draw or a run may
-meet an undefined number, or a behaviour that never acts.
+Before sampling it may be proved that objects do not fit at their places. A draw or a run may meet an undefined number,
+or a behaviour that never acts. `report.findings.impossible` has the proof that no scene exists.
 """
 
 import math
@@ -16,60 +16,22 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
+from cortex_dsl.report.findings.impossible import line_span
 from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.semantics.errors.runs import NO_NUMBER
-from cortex_dsl.semantics.errors.values import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
+from cortex_dsl.semantics.errors.values import OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
-from engine.feasibility import Feasibility, conflicts
+from engine.feasibility import conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
 from engine.operators import OPERATORS
 from engine.operators.bounds import DIVISIONS
-from engine.program import ParamSpace, Program, checking
+from engine.program import ParamSpace, checking
 from engine.tables import ROAD_REGION
 from engine.vocabulary import Column
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
-
-
-def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Diagnostic:
-    """The diagnostic for an infeasible file."""
-    named = [r for r in found.conflict if program.requirements[r].line] or list(found.conflict)
-    spans = [_line_span(source, program.requirements[r].line) for r in named if program.requirements[r].line]
-    names = [f"`{program.requirements[r].name}`" for r in found.conflict]
-    return INFEASIBLE.at(
-        spans[0] if spans else Span(0, 0),
-        label="cannot hold" if len(names) == 1 else "cannot hold together with the rest",
-        secondary=tuple(Label(span, "and this") for span in spans[1:]),
-        reason=_reason(names),
-        cure=_cure(len(names), built_in=not spans),
-    )
-
-
-def _cure(requirements: int, *, built_in: bool) -> str:
-    if built_in:
-        return "place the objects elsewhere, or widen the range of a param that their places depend on"
-    if requirements > 1:
-        return "relax one of them, or widen the range of a param that it reads"
-    return (
-        "relax it; without `--check` the report says by how much. `require` alone is a condition on the start, "
-        "`require always …` on the whole run, `require eventually …` on some moment of it"
-    )
-
-
-def _reason(names: list[str]) -> str:
-    if not names:
-        return "each way of making the file's choices is ruled out by some requirement"
-    if len(names) == 1:
-        return f"{names[0]} fails for everything that can be drawn"
-    return f"{', '.join(names[:-1])} and {names[-1]} exclude each other for everything that can be drawn"
-
-
-def _line_span(source: Source, line: int) -> Span:
-    """A line without its indentation."""
-    text, start = source.line(line), source.line_starts[line - 1]
-    return Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))
 
 
 # -- objects that cannot stand where the file puts them: which they are, where the proof only says that some are -------
@@ -145,7 +107,7 @@ def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
 def never_acts(compiled: Compiled, budget: int, row: int, time: float) -> Diagnostic:
     """The diagnostic for a run stuck at this row of step code, after `time` seconds and `budget` instructions."""
     return STUCK.at(
-        _line_span(compiled.source, int(compiled.program.step_lines[row])),
+        line_span(compiled.source, int(compiled.program.step_lines[row])),
         label=f"still here after {budget:,} instructions, at {time:.2f} s",
     )
 
@@ -158,7 +120,7 @@ def undefined_objective(compiled: Compiled, number: int, space: ParamSpace, geno
         for name, value, unit in zip(space.names, genome, space.units, strict=True)
     )
     reason = f"it happened with {drawn}" if drawn else "it happens with some of the numbers that can be drawn"
-    return NO_NUMBER.at(_line_span(compiled.source, objective.line), name=objective.name, reason=reason)
+    return NO_NUMBER.at(line_span(compiled.source, objective.line), name=objective.name, reason=reason)
 
 
 # -- a scene or run that holds a number which does not exist, such as a root of -1 -------------------------------------
@@ -179,8 +141,8 @@ def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagn
     genes = dict(enumerate((scenes.genomes[row] * space.scale).tolist()))
     draws = dict(enumerate(scenes.draws[row].tolist()))
     for what, expression in _values(variant, scenes.values[row], source):
-        worth = closed_value(expression, genes=genes, draws=draws)
-        if worth is not None and math.isfinite(worth):
+        known_value = closed_value(expression, genes=genes, draws=draws)
+        if known_value is not None and math.isfinite(known_value):
             continue
         if (culprit := _culprit(expression, genes, draws)) is not None:
             return _diagnostic(what, culprit, _drawn(compiled.program.space, expression, scenes, row))

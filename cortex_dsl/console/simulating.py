@@ -119,7 +119,7 @@ def perform_run(
     """
     scenes, tally = draw(scenario, run.seed)
     if not scenes.valid[0]:
-        return _no_scene(request, run, scenario, scenes, tally, terminal)
+        return show_no_scene(request, run, scenario, scenes, tally, terminal)
     engine = run.engine or "world"
     simulated = _simulate(scenario, scenes, engine)
     verdict = Verdict(int(simulated.outcomes.verdict[0]))
@@ -225,25 +225,29 @@ def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> N
             console.print(parts(run_details(report), console.width, ascii_only=ascii_only))
 
 
-def _show_no_scene(terminal: Terminal, view: "Sequence[Block]") -> None:
+def _print_no_scene(terminal: Terminal, view: "Sequence[Block]") -> None:
     from cortex_dsl.report.terminal.render import parts
 
     terminal.err.print(parts(view, terminal.err.width, ascii_only=terminal.err.options.ascii_only))
 
 
-def _no_scene(
+def show_no_scene(
     request: CompileRequest, run: RunRequest, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal
 ) -> Exit:
+    """Show why no scene is valid: the proof, or the requirements that reject most attempts."""
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
-    from engine.acceptance import account, measure_acceptance
-    from engine.feasibility import explain
+    from cortex_dsl.report.findings.run_report import no_scene_content
 
-    genome = scenes.genomes[0] if tally.scenes == 1 and not explain(scenario.program).infeasible else None
+    empty = no_scene_content(scenario.program, Tally(), Verdict.INFEASIBLE, str(request.file))
+    if (impossible := proved_impossible(scenario, request, run, terminal, "run", empty)) is not None:
+        return impossible
+    from engine.acceptance import account, measure_acceptance
+
+    genome = scenes.genomes[0] if tally.scenes == 1 else None
     blame = account(measure_acceptance(scenario.program, seed=run.seed or 0, genome=genome), run.target)
     if request.json:
-        from cortex_dsl.report.findings.run_report import no_scene_content
         from cortex_dsl.report.findings.tally import blame_content
 
         show_misplaced(scenario.compiled, blame, request, terminal)
@@ -252,7 +256,7 @@ def _no_scene(
     else:
         from cortex_dsl.report.views.requirements import no_scene_view
 
-        _show_no_scene(terminal, no_scene_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
+        _print_no_scene(terminal, no_scene_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
         show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
@@ -279,12 +283,13 @@ def proved_impossible(
     if request.json:
         from cortex_dsl.report.findings.tally import blame_content
 
+        show_misplaced(scenario.compiled, blame, request, terminal)
         terminal.document(kind, {"file": request.file, **empty, "blame": blame_content(blame)})
     else:
         from cortex_dsl.report.views.requirements import no_scene_view
 
-        _show_no_scene(terminal, no_scene_view(program, Tally(), Verdict.INFEASIBLE, (), blame))
-    show_misplaced(scenario.compiled, blame, request, terminal)
+        _print_no_scene(terminal, no_scene_view(program, Tally(), Verdict.INFEASIBLE, (), blame))
+        show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
 

@@ -168,17 +168,19 @@ def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
 
 
 @dataclass(frozen=True)
-class Asked:
+class OverwriteFlags:
     """Words in cures for another folder, and for overwriting."""
 
     out: str = "--out"
     force: str = "--force"
 
 
-FLAGS = Asked()
+FLAGS = OverwriteFlags()
 
 
-def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked: Asked = FLAGS) -> frozenset[str]:
+def place_files(
+    folder: Path, files: Mapping[str, bytes], *, force: bool, flags: OverwriteFlags = FLAGS
+) -> frozenset[str]:
     """Write all files; return the names of those that existed with the same contents.
 
     Raises:
@@ -188,7 +190,7 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
 
     if leads_nowhere(folder):
         raise UsageError(
-            f"`{folder}` is a link that leads nowhere", f"remove it, or name another folder with {asked.out}"
+            f"`{folder}` is a link that leads nowhere", f"remove it, or name another folder with {flags.out}"
         )
     try:
         there = standing(folder, files)
@@ -197,14 +199,14 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
             more = f" and {len(others):,} more" if others else ""
             raise UsageError(
                 f"`{folder / first}`{more} holds something else",
-                f"name another folder with {asked.out}, or write over it with {asked.force}",
+                f"name another folder with {flags.out}, or write over it with {flags.force}",
             )
         write_all(folder, {name: content for name, content in files.items() if name not in there.same}, over=force)
     except OSError as error:
         place = error.filename2 or error.filename or folder
-        raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder, asked.out)) from None
+        raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder, flags.out)) from None
     except ValueError:
-        raise UsageError(f"`{folder}` cannot be the name of a folder", f"name another one with {asked.out}") from None
+        raise UsageError(f"`{folder}` cannot be the name of a folder", f"name another one with {flags.out}") from None
     return there.same
 
 

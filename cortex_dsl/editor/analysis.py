@@ -94,7 +94,7 @@ class View:
     def tree_end(self) -> int:
         return len(self.analysis.source.text)
 
-    def worth(self, values: ObservedValues) -> str:
+    def value_text(self, values: ObservedValues) -> str:
         """Return a description of values; with errors in the file, some values may be missing."""
         partly = any(diagnostic.severity is Severity.ERROR for diagnostic in self.analysis.diagnostics)
         return described(values, partly=partly)

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from cortex_dsl.editor.analysis import ObservedValue, ObservedValues, View, analyse, described, ending_at
-from cortex_dsl.editor.fitting import TEMPORAL, Candidate, Sort, asked_at, fitting
+from cortex_dsl.editor.fitting import TEMPORAL, Candidate, Sort, expected_at, fitting
 from cortex_dsl.editor.hover import (
     argument_text,
     attribute_doc,
@@ -39,14 +39,14 @@ from engine.vocabulary import ManeuverType
 @dataclass(frozen=True)
 class Member:
     name: str
-    worth: str = ""
+    value_text: str = ""
     """Its value, in one line."""
 
 
 def members(view: View, place: Place) -> list[Member]:
     """Return everything that may follow the dot before a place; all that can follow any dot if the value is unknown."""
     for values in _values_before_dot(view, place):
-        found = [member for name in _names_before_dot(values[0]) if (member := _asked(values[0], name)) is not None]
+        found = [member for name in _names_before_dot(values[0]) if (member := _member_of(values[0], name)) is not None]
         if found:
             return found
     return [Member(name) for name in sorted({*ATTRIBUTE_DOCS, *PROPERTIES})]
@@ -96,7 +96,7 @@ def _names_before_dot(observed: ObservedValue) -> list[str]:
     return sorted({*attributes.attribute_names(), *PROPERTIES, *FLAGS})
 
 
-def _asked(observed: ObservedValue, name: str) -> Member | None:
+def _member_of(observed: ObservedValue, name: str) -> Member | None:
     """The attribute of a value, if it has it."""
     evaluator = observed.evaluator
     try:
@@ -268,8 +268,8 @@ def _joining(place: Place) -> Iterator[Candidate]:
 
 def _over_run(view: View, place: Place) -> Iterator[Candidate]:
     """Yield reducers and named results of a run, at a place that takes such a number."""
-    asked = asked_at(view, place)
-    if asked is not None and asked.sort is Sort.RUN:
+    expected = expected_at(view, place)
+    if expected is not None and expected.sort is Sort.RUN:
         yield from (Candidate(name, "function", f"{name}(x)", doc, 0) for name, doc in REDUCERS.items())
         for result in NAMED_RESULTS:
             yield Candidate(result.name, "constant", result.unit, result.sentence, 2)
@@ -329,4 +329,4 @@ def _keyword(keyword: Keyword, rank: int) -> Candidate:
 
 
 def _member(member: Member) -> Candidate:
-    return Candidate(member.name, "attribute", member.worth, attribute_doc(member.name), 2)
+    return Candidate(member.name, "attribute", member.value_text, attribute_doc(member.name), 2)

@@ -42,7 +42,7 @@ class Sort(Enum):
 
 
 @dataclass(frozen=True)
-class Asked:
+class Expected:
     """Value that a place takes; for a number its dimension, if it is known."""
 
     sort: Sort
@@ -68,13 +68,13 @@ MEASURES: Mapping[str, Dimension] = {
 """Dimension of the results of operators at the beginning of an expression."""
 
 
-def asked_at(view: View, place: Place) -> Asked | None:
+def expected_at(view: View, place: Place) -> Expected | None:
     """Return the kind of value that a place takes; None if that is open."""
     if not place.left:
         return None
     first, previous = _words(place.left[0].text), place.previous
     if previous in BEFORE_THINGS or (previous in ("to", "from") and _measured(place)):
-        return Asked(Sort.THING)
+        return Expected(Sort.THING)
     if previous in COMPARED:
         return _like(view, place.left[-2].text if len(place.left) > 1 else "")
     if len(place.left) > 1 and place.left[-2].text == "with":
@@ -82,8 +82,8 @@ def asked_at(view: View, place: Place) -> Asked | None:
     if place.callee >= 0 and (of_argument := _of_argument(place)) is not None:
         return of_argument
     if first in OVER_RUN:
-        return Asked(Sort.NUMBER if _reduced(place) else Sort.RUN)
-    return Asked(Sort.TRUTH) if first in CONDITIONS else None
+        return Expected(Sort.NUMBER if _reduced(place) else Sort.RUN)
+    return Expected(Sort.TRUTH) if first in CONDITIONS else None
 
 
 def _words(text: str) -> str:
@@ -94,19 +94,19 @@ def _measured(place: Place) -> bool:
     return any(_words(token.text) in BEFORE_THINGS for token in place.left)
 
 
-def _like(view: View, name: str) -> Asked:
+def _like(view: View, name: str) -> Expected:
     """Return a number of the dimension of the other side."""
     symbol = view.known(len(view.text)).get(name)
-    return Asked(Sort.NUMBER, None if symbol is None else _dimension(view.values_of(symbol)))
+    return Expected(Sort.NUMBER, None if symbol is None else _dimension(view.values_of(symbol)))
 
 
-def _of_property(name: str) -> Asked | None:
+def _of_property(name: str) -> Expected | None:
     if name in FLAGS or (name in PROPERTIES and PROPERTIES[name].truth):
-        return Asked(Sort.TRUTH, alone=True)
-    return Asked(Sort.NUMBER, PROPERTIES[name].dimension) if name in PROPERTIES else None
+        return Expected(Sort.TRUTH, alone=True)
+    return Expected(Sort.NUMBER, PROPERTIES[name].dimension) if name in PROPERTIES else None
 
 
-def _of_argument(place: Place) -> Asked | None:
+def _of_argument(place: Place) -> Expected | None:
     """Return the kind of value of an argument of a built-in function, by the name or position of the argument."""
     builtin = BUILTINS.get(place.left[place.callee].text)
     if builtin is None or not builtin.parameters or builtin.variadic:
@@ -120,7 +120,7 @@ def _of_argument(place: Place) -> Asked | None:
         parameter = places[named]
     else:
         return None
-    return None if parameter.dimension is None else Asked(Sort.NUMBER, parameter.dimension)
+    return None if parameter.dimension is None else Expected(Sort.NUMBER, parameter.dimension)
 
 
 def _reduced(place: Place) -> bool:
@@ -139,19 +139,19 @@ FIRST, NEXT, LATER = 1, 2, 4
 
 def fitting(view: View, place: Place, candidates: Iterable[Candidate]) -> Iterator[Candidate]:
     """Yield the candidates that fit a place, with ranks by quality."""
-    asked = asked_at(view, place)
-    if asked is None:
+    expected = expected_at(view, place)
+    if expected is None:
         yield from candidates
         return
     symbols, first = view.known(place.offset), _words(place.left[0].text)
     for candidate in candidates:
         symbol = symbols.get(candidate.label)
         if symbol is not None:
-            rank = None if _is_hidden(symbol, place) else _rank_of_values(asked, view.values_of(symbol))
+            rank = None if _is_hidden(symbol, place) else _rank_of_values(expected, view.values_of(symbol))
         elif candidate.kind == "keyword":
-            rank = _rank_of_word(asked, candidate, timed=first in TEMPORAL)
+            rank = _rank_of_word(expected, candidate, timed=first in TEMPORAL)
         else:
-            rank = None if _is_astray(candidate, place, first) else _rank_of_builtin(asked, candidate)
+            rank = None if _is_astray(candidate, place, first) else _rank_of_builtin(expected, candidate)
         if rank is not None:
             yield replace(candidate, rank=rank)
 
@@ -169,18 +169,18 @@ def _is_astray(candidate: Candidate, place: Place, first: str) -> bool:
     return candidate.kind == Kind.DISTRIBUTION.value and first in (*CONDITIONS, *OVER_RUN)
 
 
-def _rank_of_values(asked: Asked, values: ObservedValues) -> int | None:
+def _rank_of_values(expected: Expected, values: ObservedValues) -> int | None:
     value = values[0].value if values else None
     if isinstance(value, BehaviourValue | MonitorValue | ClassValue | BuiltinValue):
         return None
-    return NEXT if not values else _RANKS[asked.sort](asked, value)
+    return NEXT if not values else _RANKS[expected.sort](expected, value)
 
 
-def _for_truth(_asked: Asked, value: object) -> int | None:
+def _for_truth(_expected: Expected, value: object) -> int | None:
     return FIRST if isinstance(value, Truth) else NEXT if isinstance(value, Quantity) else 3
 
 
-def _for_number(asked: Asked, value: object) -> int | None:
+def _for_number(expected: Expected, value: object) -> int | None:
     """Return the rank of a value as a number.
 
     Numbers of the dimension fit, and those without a unit, which adopt one; objects have numbers.
@@ -189,21 +189,21 @@ def _for_number(asked: Asked, value: object) -> int | None:
         return None
     if not isinstance(value, Quantity):
         return 3
-    if asked.dimension is None or value.dimension == asked.dimension:
+    if expected.dimension is None or value.dimension == expected.dimension:
         return FIRST
     return NEXT if value.dimension is None else None
 
 
-def _for_run(asked: Asked, value: object) -> int | None:
+def _for_run(expected: Expected, value: object) -> int | None:
     """Return the rank of a quantity as the operand of a reducer; None for other values."""
-    return _for_number(asked, value) if isinstance(value, Quantity) else None
+    return _for_number(expected, value) if isinstance(value, Quantity) else None
 
 
-def _for_thing(_asked: Asked, value: object) -> int | None:
+def _for_thing(_expected: Expected, value: object) -> int | None:
     return None if isinstance(value, Truth | Quantity) else FIRST
 
 
-_RANKS: Mapping[Sort, Callable[[Asked, object], int | None]] = {
+_RANKS: Mapping[Sort, Callable[[Expected, object], int | None]] = {
     Sort.TRUTH: _for_truth,
     Sort.NUMBER: _for_number,
     Sort.RUN: _for_run,
@@ -211,29 +211,29 @@ _RANKS: Mapping[Sort, Callable[[Asked, object], int | None]] = {
 }
 
 
-def _rank_of_word(asked: Asked, candidate: Candidate, *, timed: bool) -> int | None:
+def _rank_of_word(expected: Expected, candidate: Candidate, *, timed: bool) -> int | None:
     """Words that begin an expression."""
     word = candidate.label
     if word in TEMPORAL_PREFIXES:
-        return NEXT if timed and asked.sort is Sort.TRUTH else None
+        return NEXT if timed and expected.sort is Sort.TRUTH else None
     if word in ("True", "False", "not"):
-        return (FIRST - 1 if asked.alone and word != "not" else LATER) if asked.sort is Sort.TRUTH else None
-    if asked.sort is Sort.THING or word in ("new", "lambda", "None"):
+        return (FIRST - 1 if expected.alone and word != "not" else LATER) if expected.sort is Sort.TRUTH else None
+    if expected.sort is Sort.THING or word in ("new", "lambda", "None"):
         return None
-    if word in MEASURES and asked.sort is Sort.RUN:
+    if word in MEASURES and expected.sort is Sort.RUN:
         return None
     if word in MEASURES:
-        return LATER if asked.dimension in (None, MEASURES[word]) else None
+        return LATER if expected.dimension in (None, MEASURES[word]) else None
     return candidate.rank
 
 
-def _rank_of_builtin(asked: Asked, candidate: Candidate) -> int | None:
+def _rank_of_builtin(expected: Expected, candidate: Candidate) -> int | None:
     if candidate.kind in NO_VALUES or candidate.label in ("none", "ManeuverType"):
         return None
-    if asked.sort is Sort.THING and candidate.kind in (Kind.DISTRIBUTION.value, Kind.FUNCTION.value):
+    if expected.sort is Sort.THING and candidate.kind in (Kind.DISTRIBUTION.value, Kind.FUNCTION.value):
         return None
     if candidate.label in ("ego", "self"):
-        return {Sort.THING: FIRST, Sort.RUN: None}.get(asked.sort, NEXT)
+        return {Sort.THING: FIRST, Sort.RUN: None}.get(expected.sort, NEXT)
     return candidate.rank
 
 

@@ -59,7 +59,7 @@ def _argument(view: View, index: int) -> str:
 
 def _name(view: View, token: Token) -> str:
     symbol = view.known(token.start).get(token.text)
-    here = view.worth(view.observed_at(token.span))
+    here = view.value_text(view.observed_at(token.span))
     if symbol is not None:
         return symbol_text(view, symbol, here)
     if token.text in BUILTINS:
@@ -71,12 +71,14 @@ def _name(view: View, token: Token) -> str:
 
 def symbol_text(view: View, symbol: Symbol, here: str = "") -> str:
     """Return the text of a definition: its form, its value, and its docstring."""
-    worth = view.worth(view.values_of(symbol)) or here
+    value_text = view.value_text(view.values_of(symbol)) or here
     if not symbol.parameters and symbol.kind.value not in ("behavior", "monitor", "scenario", "class", "import"):
-        worth = (
-            worth if symbol.kind.value == "object" and worth else ": ".join(filter(None, (symbol.kind.value, worth)))
+        value_text = (
+            value_text
+            if symbol.kind.value == "object" and value_text
+            else ": ".join(filter(None, (symbol.kind.value, value_text)))
         )
-    return joined(code(symbol.form or symbol.name), worth, symbol.doc)
+    return joined(code(symbol.form or symbol.name), value_text, symbol.doc)
 
 
 def builtin_text(builtin: Builtin) -> str:
@@ -123,9 +125,9 @@ def property_text(name: str) -> str:
 
 
 def _attribute(view: View, token: Token) -> str:
-    worth = view.worth(view.observed_at(token.span))
+    value_text = view.value_text(view.observed_at(token.span))
     doc = attribute_doc(token.text)
-    return joined(code(token.text), worth, doc) if worth or doc else ""
+    return joined(code(token.text), value_text, doc) if value_text or doc else ""
 
 
 def attribute_doc(name: str) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.arguments import WritingSettings
-from cortex_dsl.api.runs import OpenedRun, every_case, first_cases
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, missing_extra
 from engine.errors import ArgumentError
@@ -252,11 +252,11 @@ def _no_effect(where: str, cure: str, **options: object) -> None:
 def _of_run(run: OpenedRun, case: int, top: int | None) -> "list[ExportCase]":
     from cortex_dsl.interchange.cases import case_of_run
 
-    cases = every_case(run)
+    cases = run.every_case()
     if not cases:
         raise ArgumentError(f"what: `{run.folder}` has no case: none of its simulations was valid", "search again")
     if top is not None:
-        return [case_of_run(run, each) for each in first_cases(run, arguments.whole("top", top, 1))]
+        return [case_of_run(run, each) for each in run.first_cases(arguments.whole("top", top, 1))]
     if arguments.whole("case", case, 1) > len(cases):
         raise ArgumentError(f"case: expected 1 to {len(cases):,}, got {case:,}", "1 is the worst")
     return [case_of_run(run, cases[case - 1])]

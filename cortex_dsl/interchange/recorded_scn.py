@@ -59,17 +59,17 @@ def write_recorded(recording: Recording, stem: str, road_file: str | None, partn
     present = [actor for actor in range(len(recording.actors)) if recording.there[0, actor]]
     roles = [_Role(actor, name) for actor, name in zip(present, _names(recording, present), strict=True)]
     tracks = {role.actor: _track(shown, role) for role in roles}
-    kept = list(_fitting(recording, roles, tracks, partner))
+    used = list(_fitting(recording, roles, tracks, partner))
     lines = [
-        *_head(recording, stem, kept, partner),
+        *_head(recording, stem, used, partner),
         *_road(shown, road_file),
-        *(line for role in kept for line in tracks[role.actor]),
-        *(line for role in kept if role.actor in (0, partner) for line in _params(shown, role)),
-        *(line for role in kept for line in _object(shown, role, searched=role.actor in (0, partner))),
+        *(line for role in used for line in tracks[role.actor]),
+        *(line for role in used if role.actor in (0, partner) for line in _params(shown, role)),
+        *(line for role in used for line in _object(shown, role, searched=role.actor in (0, partner))),
         "",
         f"simulation(time_step={_step(recording)!r} s, max_time={_number(_end(recording) + 1.0)} s)",
     ]
-    remarks = (*_remarks(recording, roles, kept), *(() if road_file else (NO_ROAD,)))
+    remarks = (*_remarks(recording, roles, used), *(() if road_file else (NO_ROAD,)))
     name = f"{stem}.scn"
     return Export({name: format_source(Source(name, "\n".join(lines) + "\n"))}, remarks)
 
@@ -196,14 +196,14 @@ def _overlaps(recording: Recording, actor: int) -> bool:
 # -- text around the actors --------------------------------------------------------------------------------------------
 
 
-def _head(recording: Recording, stem: str, kept: Sequence[_Role], partner: int) -> Iterator[str]:
-    searched = [role for role in kept if role.actor in (0, partner) and _is_replayed(recording, role)]
+def _head(recording: Recording, stem: str, used: Sequence[_Role], partner: int) -> Iterator[str]:
+    searched = [role for role in used if role.actor in (0, partner) and _is_replayed(recording, role)]
     names = " and ".join(role.name for role in searched)
     reported = (
-        f"Recorded: {len(kept)} actors over {_number(_end(recording))} s. Params move the starts of {names} along their"
+        f"Recorded: {len(used)} actors over {_number(_end(recording))} s. Params move the starts of {names} along their"
         " ways, and let time pass faster or slower for them."
         if searched
-        else f"Recorded: {len(kept)} actors over {_number(_end(recording))} s, none of which moves."
+        else f"Recorded: {len(used)} actors over {_number(_end(recording))} s, none of which moves."
     )
     seen = " ".join(f"-p {role.param}_AHEAD=0 -p {role.param}_PACE=1" for role in searched)
     yield f'"""{_plain(recording.name)}'
@@ -253,29 +253,29 @@ def _fitting(
     way = recording.states[:, :, [State.X, State.Y]]
     apart = np.hypot(*np.moveaxis(way - way[:, :1], 2, 0))
     nearest = np.where(recording.there, apart, np.inf).min(axis=0)
-    kept: set[int] = set()
+    used: set[int] = set()
     for role in sorted(roles, key=lambda role: (role.actor not in (0, partner), nearest[role.actor])):
         left -= sum(map(len, tracks[role.actor])) + len(tracks[role.actor]) + 400
         if left < 0.0 and role.actor in (0, partner):
             raise InterchangeError("it is too long for a scenario", "take a part of it, by --window")
         if left >= 0.0:
-            kept.add(role.actor)
-    return (role for role in roles if role.actor in kept)
+            used.add(role.actor)
+    return (role for role in roles if role.actor in used)
 
 
-def _remarks(recording: Recording, roles: Sequence[_Role], kept: Sequence[_Role]) -> Iterator[str]:
+def _remarks(recording: Recording, roles: Sequence[_Role], used: Sequence[_Role]) -> Iterator[str]:
     """Yield remarks on actors that are omitted, or whose motion differs from the recording."""
     actors = recording.actors
     there = {role.actor for role in roles}
     if late := [actor.name for number, actor in enumerate(actors) if number not in there]:
         yield f"not there at the beginning, and left out of the scenario: {_some(late)}"
-    if crowd := [actors[role.actor].name for role in roles if role not in kept]:
+    if crowd := [actors[role.actor].name for role in roles if role not in used]:
         yield f"no room for their tracks in a scenario: {_some(crowd)}"
-    if gone := [actors[role.actor].name for role in kept if len(recording.stretches(role.actor)) > 1]:
+    if gone := [actors[role.actor].name for role in used if len(recording.stretches(role.actor)) > 1]:
         yield f"actors that disappear for a while stay away in the scenario: {_some(gone)}"
     if recording.step != _step(recording):
         yield f"a scenario runs in steps of {STEPS[0]:g} to {STEPS[1]:g} s: {_step(recording):g} s is taken"
-    if back := [actors[role.actor].name for role in kept if recording.states[0, role.actor, State.SPEED] < 0.0]:
+    if back := [actors[role.actor].name for role in used if recording.states[0, role.actor, State.SPEED] < 0.0]:
         yield f"no actor starts backwards in a scenario; at the first sample these stand still: {_some(back)}"
 
 

@@ -1,7 +1,7 @@
 """A case as a scenario of our own: a copy that runs to the same outcome, and the check that it does, bit for bit."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,7 @@ def write_scn(case: "ExportCase", stem: str, _options: ExportOptions) -> Export:
 
 
 def check_scn(case: ExportCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
-    """The copy, compiled and run, is the run, bit for bit."""
+    """The copy, compiled and run, is the run, bit for bit; external drivers decide as they did."""
     for name in (each for each in names if each == f"{case.recording.name}.scn"):
         copy = load(folder / name)
         key = np.array(parse_key(copy.program.settings.stream or ""), dtype=np.int64)
@@ -32,7 +32,7 @@ def check_scn(case: ExportCase, folder: Path, names: Sequence[str], _options: Ex
         if not scenes.valid[0]:
             yield Finding(name, "its scene is not valid", OURS)
             continue
-        run = copy.watch(scenes)
+        run = copy.watch(replace(scenes, actions=case.scenes.actions))
         again = recorded_run(copy.program, scenes, run, step=copy.config.simulation.time_step)
         yield from _same_bits(case, again, run.outcomes, name)
 

@@ -63,7 +63,7 @@ def lower(scenario: ir.Scenario) -> Program:
         road=road,
         road_spec=scenario.road,
         step_lines=ints([scenario.source.row(offset) for offset in step_offsets]),
-        routes=ints([_routes(v, len(example.actors)) for v in grouping.variants]),
+        routes=ints([[actor.route for actor in v.actors] or [-1] * len(example.actors) for v in grouping.variants]),
         records=tuple(Record(r.name, r.when, r.watch, si_word(r.dimension), r.line) for r in scenario.records),
         monitors=tuple(monitor.name for monitor in example.monitors),
         judged=judged,
@@ -90,10 +90,6 @@ def _imported(source: Source) -> tuple[ImportedText, ...]:
     """Return the imported files, named relative to the main file."""
     folder = str(PurePath(source.name).parent)
     return tuple(ImportedText(relpath(f.name, folder), f.start, f.first_line, f.text) for f in source.imported)
-
-
-def _routes(variant: ir.Variant, actors: int) -> list[int]:
-    return [actor.route for actor in variant.actors] or [-1] * actors
 
 
 def _label(variant: ir.Variant, code: VariantCode | None) -> VariantLabel:

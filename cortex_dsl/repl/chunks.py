@@ -92,7 +92,7 @@ class ChunkReader:
     """Callback before a line is read; its argument is whether the line continues a chunk."""
     blank_ends: bool
     """Whether a blank line ends a block, as people type; in files, blocks have blank lines inside."""
-    kept: list[str] = field(default_factory=list)
+    read_ahead: list[str] = field(default_factory=list)
     """A line that was read too far."""
 
     def read(self) -> str | None:
@@ -103,7 +103,7 @@ class ChunkReader:
             if line is None:
                 return "\n".join(lines).rstrip("\n") if lines else None
             if self._is_next(lines, line):
-                self.kept.append(line)
+                self.read_ahead.append(line)
                 return "\n".join(lines).rstrip("\n")
             if not lines and not line.strip():
                 continue
@@ -112,8 +112,8 @@ class ChunkReader:
                 return "\n".join(lines).rstrip("\n")
 
     def _line(self, more: bool) -> str | None:
-        if self.kept:
-            return self.kept.pop()
+        if self.read_ahead:
+            return self.read_ahead.pop()
         self.prompt(more)
         line = self.readline()
         return line.rstrip("\r\n") if line else None

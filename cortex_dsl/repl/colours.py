@@ -28,13 +28,9 @@ def coloured(text: str) -> Text:
     """A text in colours."""
     result = Text(text)
     for start, kind, value in ScnLexer().get_tokens_unprocessed(text):
-        if style := _style(kind):
+        if style := next((STYLES[each] for each in reversed(kind.split()) if each in STYLES), ""):
             result.stylize(style, start, start + len(value))
     return result
-
-
-def _style(kind: _TokenType) -> str:
-    return next((STYLES[each] for each in reversed(kind.split()) if each in STYLES), "")
 
 
 def for_prompt() -> list[tuple[_TokenType, str]]:

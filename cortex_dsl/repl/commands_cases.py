@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cortex_dsl.console.cases import PICTURES, known_formats, pace, picture, play_case, write_cases
 from cortex_dsl.console.kernels import SEARCH
 from cortex_dsl.console.terminal import UsageError
-from cortex_dsl.console.user_files import Asked, is_folder, place_files, user_path
+from cortex_dsl.console.user_files import OverwriteFlags, is_folder, place_files, user_path
 from cortex_dsl.interchange.formats import FORMATS
 from cortex_dsl.repl.state import LastSearch, State, whole_number
 from cortex_dsl.report.terminal.theme import heading
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cortex_dsl.report.findings.case_replay import CaseReplay
     from engine.search.ranking import Case
 
-IN_SESSION = Asked(":export N", ":export!")
+IN_SESSION = OverwriteFlags(":export N", ":export!")
 
 
 def do_worst(state: State, _argument: str) -> None:
@@ -131,7 +131,7 @@ def _write(state: State, case: "Case", stem: str, folder: Path, formats: Sequenc
     known_formats(formats)
     how = ExportOptions("1.2", "trajectory")
     written = write_cases(
-        [case_of_search(_last(state).scenario, case, stem)], formats, folder, how, force=force, asked=IN_SESSION
+        [case_of_search(_last(state).scenario, case, stem)], formats, folder, how, force=force, flags=IN_SESSION
     )
     state.terminal.out.print(export_view(written, how), crop=False)
     for error in written.gathered.refused.values():
@@ -142,5 +142,5 @@ def _write(state: State, case: "Case", stem: str, folder: Path, formats: Sequenc
 def _write_picture(state: State, case: "Case", path: Path, *, force: bool) -> None:
     content = picture(_replayed(state, case), path, case=case)
     data = content if isinstance(content, bytes) else content.encode("utf-8")
-    place_files(path.parent, {path.name: data}, force=force, asked=IN_SESSION)
+    place_files(path.parent, {path.name: data}, force=force, flags=IN_SESSION)
     state.terminal.out.print(f"wrote {path}", style="quiet", soft_wrap=True)

@@ -24,11 +24,11 @@ def do_list(state: State, _argument: str) -> None:
     if not draft.entries:
         out.print("nothing has been entered yet", style="quiet")
         return
-    heads = {line + _skipped(draft, i): i + 1 for i, line in enumerate(draft.first_lines[:-1])}
+    first_lines = {line + _skipped(draft, i): i + 1 for i, line in enumerate(draft.first_lines[:-1])}
     lines = coloured(draft.text).split("\n")
-    digits, deep = len(str(len(lines))), len(str(len(heads))) + 2
+    digits, deep = len(str(len(lines))), len(str(len(first_lines))) + 2
     for number, line in enumerate(lines[: draft.first_lines[-1] - 1], 1):
-        entry = f"[{heads[number]}]" if number in heads else ""
+        entry = f"[{first_lines[number]}]" if number in first_lines else ""
         out.print(
             Text.assemble((f"{entry:>{deep}} ", "bar"), (f"{number:>{digits}} │ ", "quiet"), line), soft_wrap=True
         )

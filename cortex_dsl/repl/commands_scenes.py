@@ -10,6 +10,7 @@ import numpy as np
 from cortex_dsl.console.kernels import RUN, SAMPLE, SEARCH
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
 from cortex_dsl.console.terminal import Exit, UsageError
+from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.instant import INSTANT, draw, is_undefined
 from cortex_dsl.repl.state import LastSearch, State, refuse, whole_number
 from cortex_dsl.report.findings.tally import Tally
@@ -165,7 +166,7 @@ def _search(state: State, method: str, argument: str) -> None:
     """Search, show the results, and store them for the commands on cases."""
     from cortex_dsl.console.simulating import blame_of_search, mistake_of
 
-    generations, aims, shown = _asked(method, argument)
+    generations, aims, shown = _parse_argument(method, argument)
     scenario = state.scenario(SEARCH)
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
@@ -191,7 +192,7 @@ def _search(state: State, method: str, argument: str) -> None:
         console.print(NEXT, style="quiet")
 
 
-def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...], set[str]]:
+def _parse_argument(method: str, argument: str) -> tuple[int, tuple[str, ...], set[str]]:
     """Return the number of generations, the objectives (the risk by default), and the requested details.
 
     Raises:
@@ -225,3 +226,6 @@ def _campaign(state: State, scenario: "Scenario", method: str, generations: int,
             )
     except ArgumentError as error:
         raise UsageError(error.message, error.cure) from None
+    except CompileError as error:
+        (proof,) = error.diagnostics
+        raise UsageError(f"{proof.message}: {proof.reason}", proof.cure) from None

@@ -116,7 +116,7 @@ def enter(state: State, chunk: str) -> None:
 
 
 def _enter(state: State, chunk: str, index: int | None) -> None:
-    source = _below(state, chunk)
+    source = Source(state.name, "\n" * (state.draft.first_lines[-1] - 1) + chunk + "\n")
     try:
         module = parse(source)
     except CompileError as error:
@@ -133,11 +133,6 @@ def _enter(state: State, chunk: str, index: int | None) -> None:
         _adopt(state, [Placed(state.draft.replaced(index, blank + chunk.strip("\n").rstrip()), index)])
         return
     _adopt(state, _placed(state.draft, split(own, parse(own))))
-
-
-def _below(state: State, chunk: str) -> Source:
-    """The chunk alone, with the line numbers that it would have at the end of the draft."""
-    return Source(state.name, "\n" * (state.draft.first_lines[-1] - 1) + chunk + "\n")
 
 
 def _placed(draft: Draft, entries: Sequence[str]) -> list[Placed]:

@@ -36,9 +36,9 @@ def show_value(state: State, expression: str) -> None:
         if _refused(state, error, expression, start, len(PLACE)):
             return
     seen = witness.seen.get(Span(start, start + len(expression.rstrip()))) or _widest(witness, start)
-    worth = described(seen) if seen else ""
-    if worth:
-        state.terminal.out.print(worth, soft_wrap=True)
+    description = described(seen) if seen else ""
+    if description:
+        state.terminal.out.print(description, soft_wrap=True)
     else:
         state.terminal.out.print("it has a value in the simulation only", style="quiet")
 

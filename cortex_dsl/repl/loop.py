@@ -67,14 +67,14 @@ def _greet(terminal: Terminal) -> None:
 
 def run(state: State, chunks: Input) -> int:
     """Read and do until the end; the exit code."""
-    asked = False
+    warned = False
     while not state.leaving:
         try:
             chunk = chunks.read()
         except KeyboardInterrupt:
             if not state.interactive:
                 raise
-            state.editing, asked = None, False
+            state.editing, warned = None, False
             continue
         if chunk is not None and not chunk.strip():
             continue
@@ -82,11 +82,11 @@ def run(state: State, chunks: Input) -> int:
             state.leaving = True
         else:
             do(state, chunk)
-        if state.leaving and state.interactive and state.unsaved and not asked:
-            state.leaving, asked = False, True
+        if state.leaving and state.interactive and state.unsaved and not warned:
+            state.leaving, warned = False, True
             state.terminal.out.print("not saved: `:save FILE` keeps it, leaving again drops it", style="warn")
         elif chunk is not None:
-            asked = False
+            warned = False
     return exit_code(state)
 
 

@@ -167,7 +167,7 @@ def warm_up(scenario: "Scenario") -> None:
     from engine.avoidability import avoidability
 
     measure_acceptance(scenario.program, 1)
-    scenes = scenario.sample(1)
+    scenes = scenario.scene_of_seed()
     scenario.simulate(scenes)
     scenario.watch(scenes)
     avoidability(scenario.program, scenes, scenario.config.simulation)

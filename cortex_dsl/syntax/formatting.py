@@ -260,8 +260,8 @@ def _line(tokens: list["Token"], level: int, text: str) -> _Line:
     start, end = tokens[0].start_pos or 0, tokens[-1].end_pos or 0
     indent = text[text.rfind("\n", 0, start) + 1 : start]
     equal = next((token.start_pos or 0 for token in tokens if token.type == "_EQUAL"), 0)
-    kept = tokens[:-1] if tokens[-1].type == "SEMICOLON" else tokens
-    return _Line(nodes_of(kept, text), level, start, end, _columns(indent), text[max(equal - 2, 0) : equal] == "  ")
+    content = tokens[:-1] if tokens[-1].type == "SEMICOLON" else tokens
+    return _Line(nodes_of(content, text), level, start, end, _columns(indent), text[max(equal - 2, 0) : equal] == "  ")
 
 
 def _columns(indent: str) -> int:
@@ -308,10 +308,10 @@ def _between(gap: str, indents: Sequence[int], level: int) -> Iterator[str]:
 
 def _stripped(between: Iterable[str], *, start: bool = True, end: bool = True) -> list[str]:
     """Return the lines without blank lines at their beginning and end."""
-    kept = list(dropwhile(lambda line: start and not line, between))
-    while end and kept and not kept[-1]:
-        kept.pop()
-    return kept
+    content = list(dropwhile(lambda line: start and not line, between))
+    while end and content and not content[-1]:
+        content.pop()
+    return content
 
 
 def _set_apart(between: list[str], level: int) -> list[str]:

@@ -36,8 +36,8 @@ def in_scenic_3(text: str) -> str:
     lines = scan(text).lines
     values = {*RESERVED, *_ASSIGNED.findall(text)}
     edits = sorted(edit for line in lines for edit in (*_brackets(text, line), *_objects(text, line, values)))
-    heads = filter(None, (_HEAD.match(text, line.start) for line in lines))
-    monitors = [found["name"] for found in heads if found["kind"] == "monitor"]
+    definitions = filter(None, (_HEAD.match(text, line.start) for line in lines))
+    monitors = [found["name"] for found in definitions if found["kind"] == "monitor"]
     done, end = "", 0
     for place, inserted in edits:
         done, end = done + text[end:place] + inserted, place

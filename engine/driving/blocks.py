@@ -67,33 +67,33 @@ class Answer:
     """Error of the first try, if the second one succeeded for all rows."""
 
 
-def query_with_retries(seat: ControllerSlot, seen: Floats, asked: Bools, times: Floats) -> Answer:
-    """Return the answer about the rows of `seen` (n, d) selected by `asked` (n,), for samples at `times` (n,) [s].
+def query_with_retries(seat: ControllerSlot, seen: Floats, queried: Bools, times: Floats) -> Answer:
+    """Return the answer about the rows of `seen` (n, d) selected by `queried` (n,), for samples at `times` (n,) [s].
 
     Raises:
         LostError: the controller fails, and is stateful.
     """
     try:
-        return Answer(seat.answer(seen, asked, times))
+        return Answer(seat.answer(seen, queried, times))
     except LostError as error:
         if seat.remembers:
             raise
         first = error
     try:
-        return Answer(seat.answer(seen, asked, times), recovered=first)
+        return Answer(seat.answer(seen, queried, times), recovered=first)
     except LostError:
-        answer = _in_halves(seat, seen, asked, times)
+        answer = _in_halves(seat, seen, queried, times)
         return answer if answer.lost else replace(answer, recovered=first)
 
 
-def _in_halves(seat: ControllerSlot, seen: Floats, asked: Bools, times: Floats) -> Answer:
+def _in_halves(seat: ControllerSlot, seen: Floats, queried: Bools, times: Floats) -> Answer:
     """Ask about ever fewer rows."""
     actions, lost = np.zeros((len(seen), len(seat.control.actions))), dict[int, LostError]()
-    waiting: list[Ints] = [np.flatnonzero(asked)]
+    waiting: list[Ints] = [np.flatnonzero(queried)]
     while waiting:
         rows = waiting.pop()
         try:
-            actions[rows] = seat.answer(_alone(seen, rows), asked, times)[rows]
+            actions[rows] = seat.answer(_alone(seen, rows), queried, times)[rows]
         except LostError as error:
             if len(rows) > 1:
                 waiting.extend(reversed(np.array_split(rows, 2)))
@@ -225,7 +225,7 @@ class Driver:
         """Return slots for a block, with controllers that have received the header of their questions."""
         seats, records = seats_of(program, self.given), self.observe == RECORDS
         for seat in seats:
-            seat.meet(self.block, observed(program, records), config.time_step)
+            seat.initialize(self.block, observed(program, records), config.time_step)
         return _Work(ParallelRuns(program, self.block, config, contact, records, jobs), seats, self.history)
 
 
@@ -377,15 +377,15 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
     while runs.running.any():
         times = runs.times
         for number, seat in enumerate(work.seats):
-            asked = runs.asked(number)
-            if asked.any():
-                seen = runs.observe(number, asked)
-                _decide(work, number, scenes, asked, query_with_retries(seat, seen, asked, times))
+            queried = runs.asked(number)
+            if queried.any():
+                seen = runs.observe(number, queried)
+                _decide(work, number, scenes, queried, query_with_retries(seat, seen, queried, times))
         runs.step()
     return runs.decided(every, room)
 
 
-def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answer) -> None:
+def _decide(work: _Work, number: int, scenes: Scenes, queried: Bools, answer: Answer) -> None:
     """Apply the decisions of a control to its slots; slots without an action that can be driven are lost, all others go
     on.
 
@@ -395,12 +395,12 @@ def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answ
     control, history = work.seats[number].control, work.history
     if answer.recovered is not None:
         work.recovered.append(answer.recovered)
-    wrong = np.isin(np.arange(len(asked)), list(answer.lost)) if answer.lost else np.zeros_like(asked)
-    actions, undrivable = settled(control, answer.actions, asked & ~wrong)
+    wrong = np.isin(np.arange(len(queried)), list(answer.lost)) if answer.lost else np.zeros_like(queried)
+    actions, undrivable = settled(control, answer.actions, queried & ~wrong)
     if undrivable is not None:
         wrong |= undrivable
     elif not answer.lost:
-        work.runs.decide(number, asked, actions)
+        work.runs.decide(number, queried, actions)
         history.answered.add(number)
         return
     failures = [
@@ -408,11 +408,11 @@ def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answ
         for slot in np.flatnonzero(wrong).tolist()
     ]
     history.lost += len(failures)
-    if not np.array_equal(wrong, asked):
+    if not np.array_equal(wrong, queried):
         history.answered.add(number)
     elif number not in history.answered and history.should_abort:
         first = failures[0]
         raise first.for_good() if isinstance(first, LostError) else first
     work.failures.extend(failures)
     work.runs.lose(wrong)
-    work.runs.decide(number, asked & ~wrong, actions)
+    work.runs.decide(number, queried & ~wrong, actions)

@@ -155,7 +155,7 @@ class ControllerSlot:
     control: Control
     controller: Controller
 
-    def meet(self, lanes: int, seen: Named, time_step: float) -> None:
+    def initialize(self, lanes: int, seen: Named, time_step: float) -> None:
         """Send a controller that has `meet` the header of its questions.
 
         Raises:

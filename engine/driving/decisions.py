@@ -106,10 +106,10 @@ class RecordedActions:
         """
         actions = np.zeros((len(scenes), samples_of(config) + 1, numbers_decided(program.controls)))
         for row in np.flatnonzero(scenes.valid).tolist():
-            kept = self.actions.get(name_of(scenes.keys[row], scenes.genomes[row]))
-            if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):
+            recorded = self.actions.get(name_of(scenes.keys[row], scenes.genomes[row]))
+            if recorded is None or recorded.shape[1:] != actions.shape[2:] or not len(recorded):
                 raise ControllerError(f"what `{self.name}` decided in this scene is not kept", driver_hint(self.name))
-            actions[row] = kept[np.minimum(np.arange(actions.shape[1]), len(kept) - 1)]
+            actions[row] = recorded[np.minimum(np.arange(actions.shape[1]), len(recorded) - 1)]
         scenes = replace(scenes, actions=actions)
         return Driven(scenes, simulate(program, scenes, config, jobs, contact))
 
@@ -119,7 +119,7 @@ class Recorder:
     """A driver whose decisions in collisions and in the worst cases are stored."""
 
     driver: ActorDriver
-    kept: dict[bytes, Floats] = field(default_factory=dict)
+    recorded: dict[bytes, Floats] = field(default_factory=dict)
     """Decisions that `take` has not returned yet."""
     known: set[bytes] = field(default_factory=set)
     """Scenes whose decisions are or were stored."""
@@ -213,12 +213,12 @@ class Recorder:
     def _keep(self, key: bytes) -> None:
         if key in self.recent and key not in self.known:
             self.known.add(key)
-            self.kept[key] = self.recent[key]
+            self.recorded[key] = self.recent[key]
 
     def take(self) -> dict[bytes, Floats]:
         """Return the decisions that were stored since the last call, and clear them."""
-        taken = dict(self.kept)
-        self.kept.clear()
+        taken = dict(self.recorded)
+        self.recorded.clear()
         return taken
 
 

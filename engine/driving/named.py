@@ -51,19 +51,19 @@ class NamedDriver(Driver):
 @contextmanager
 def _no_output() -> Generator[None]:
     """Redirect prints to stderr, also those of code that is not Python."""
-    kept, out = None, sys.stdout
+    saved, out = None, sys.stdout
     _flush(out)
     with suppress(OSError):
-        kept = os.dup(1)
+        saved = os.dup(1)
         os.dup2(2, 1)
     try:
         with redirect_stdout(sys.stderr):
             yield
     finally:
         _flush(out)
-        if kept is not None:
-            os.dup2(kept, 1)
-            os.close(kept)
+        if saved is not None:
+            os.dup2(saved, 1)
+            os.close(saved)
 
 
 def _flush(out: object) -> None:

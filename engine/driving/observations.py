@@ -13,8 +13,8 @@ def observed(program: Program, records: bool = True) -> Named:
     """Return the observations of this program's controllers: the file's records over time without the reward, or the
     egocentric vector if there are no others, or if `records` is False.
     """
-    kept = tuple((record.name, record.unit) for record in series(program) if record.name != REWARD)
-    return kept if kept and records else EGOCENTRIC
+    recorded = tuple((record.name, record.unit) for record in series(program) if record.name != REWARD)
+    return recorded if recorded and records else EGOCENTRIC
 
 
 def series(program: Program) -> list[Record]:

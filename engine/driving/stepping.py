@@ -231,9 +231,9 @@ class ParallelRuns:
         self._alone: Run | None = None
         self._paths = np.full((len(program.actors), count), -1, dtype=np.int32)
         self._reach = np.full(count, np.inf)
-        kept = {record.name: record.rule for record in series(program)}
-        self._reward = kept.pop(REWARD, None)
-        self._rules = list(kept.values()) if records else []
+        rules = {record.name: record.rule for record in series(program)}
+        self._reward = rules.pop(REWARD, None)
+        self._rules = list(rules.values()) if records else []
 
     def __len__(self) -> int:
         return len(self._reach)
@@ -292,8 +292,8 @@ class ParallelRuns:
 
     def _judge(self, ended: Ints) -> None:
         """Measure the runs that have ended: on a record made of the stored commands, or on a repetition of the run."""
-        kept = self._decisions.commands.shape[3] > 0
-        again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
+        has_commands = self._decisions.commands.shape[3] > 0
+        again = self._status[ended, Status.UNTOLD] == 1 if has_commands else np.ones(len(ended), dtype=bool)
         self._renew_pages()
         self._in_parts(ended[~again], self._review)
         self._in_parts(ended[again], self._run_again)
@@ -358,8 +358,8 @@ class ParallelRuns:
     @property
     def states(self) -> Floats:
         """Return (slots, actors, len(State)) the states at the current samples."""
-        kept = self._run.slot_states
-        return np.asarray(kept[np.arange(len(self)), self.samples % kept.shape[1]])
+        states = self._run.slot_states
+        return np.asarray(states[np.arange(len(self)), self.samples % states.shape[1]])
 
     @property
     def times(self) -> Floats:

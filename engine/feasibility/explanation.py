@@ -16,8 +16,7 @@ import numpy as np
 
 from engine.atomic import write_one
 from engine.feasibility.contraction import ALIVE
-from engine.feasibility.narrowing import narrow
-from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
+from engine.feasibility.slices import MOST, Bench, Sliced, bit, narrow, slice_template
 from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Floats, Ints, Size
@@ -231,27 +230,27 @@ def _key(program: Program) -> str:
 def _read(entry: Path) -> Feasibility | None:
     """Return the stored answer; None if there is none, or it cannot be read."""
     try:
-        kept = json.loads(entry.read_text(encoding="utf-8"))
+        stored = json.loads(entry.read_text(encoding="utf-8"))
         return Feasibility(
-            looked_at=bool(kept["looked_at"]),
-            infeasible=bool(kept["infeasible"]),
-            conflict=tuple(kept["conflict"]),
-            impossible=np.array(kept["impossible"], dtype=np.int32),
-            low=np.array(kept["low"], dtype=np.float64),
-            high=np.array(kept["high"], dtype=np.float64),
-            cuts=tuple(map(_cut, kept["cuts"])),
+            looked_at=bool(stored["looked_at"]),
+            infeasible=bool(stored["infeasible"]),
+            conflict=tuple(stored["conflict"]),
+            impossible=np.array(stored["impossible"], dtype=np.int32),
+            low=np.array(stored["low"], dtype=np.float64),
+            high=np.array(stored["high"], dtype=np.float64),
+            cuts=tuple(map(_cut, stored["cuts"])),
         )
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def _cut(kept: Mapping[str, Any]) -> Cut:
-    values: dict[str, Any] = {**kept, "requirements": tuple(kept["requirements"])}
+def _cut(stored: Mapping[str, Any]) -> Cut:
+    values: dict[str, Any] = {**stored, "requirements": tuple(stored["requirements"])}
     return Cut(**values)
 
 
 def _write(entry: Path, found: Feasibility) -> None:
     """Store an answer, replacing the file as a whole; errors of the file system are ignored."""
-    kept = asdict(found) | {name: getattr(found, name).tolist() for name in ("impossible", "low", "high")}
+    stored = asdict(found) | {name: getattr(found, name).tolist() for name in ("impossible", "low", "high")}
     with suppress(OSError):
-        write_one(entry, json.dumps(kept, default=lambda value: value.item()).encode())
+        write_one(entry, json.dumps(stored, default=lambda value: value.item()).encode())

@@ -16,8 +16,7 @@ import numpy as np
 
 from engine.feasibility.contraction import ALIVE
 from engine.feasibility.explanation import slices_of
-from engine.feasibility.narrowing import narrow
-from engine.feasibility.slices import Sliced
+from engine.feasibility.slices import Sliced, narrow
 from engine.frozen import frozen
 from engine.program import Program
 from engine.scenes import groups_of

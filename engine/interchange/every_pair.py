@@ -112,8 +112,8 @@ def rank_pairs(
     pairs = dict.fromkeys((one, other, round(above, 1)) for one, other, above in levels.values())
     said = (*mixed_rates(tracks.tracks, own), *absences(tracks.tracks), *_between_steps(tracks, on))
     remarks = (*tracks.remarks, *said, *level_remarks(list(pairs)), *dict.fromkeys(aside.values()))
-    kept = np.setdiff1d(np.arange(len(windows)), [*aside, *levels])
-    return _ranked(tracks, windows[kept], rows[kept], on, profile, remarks)
+    remaining = np.setdiff1d(np.arange(len(windows)), [*aside, *levels])
+    return _ranked(tracks, windows[remaining], rows[remaining], on, profile, remarks)
 
 
 # -- from tracks to a crowd --------------------------------------------------------------------------------------------
@@ -256,7 +256,7 @@ def _ranked(
     risk = assess(outcomes, PROFILES[profile])
     nearest = outcomes.min_distance_time[:, 0]
     order = np.lexsort((nearest, outcomes.min_distance[:, 0], -risk.continuous, -risk.score))
-    kept = type(outcomes)(**{name: array[order] for name, array in vars(outcomes).items()})
+    ordered = type(outcomes)(**{name: array[order] for name, array in vars(outcomes).items()})
     return RankedWindows(
         names=names,
         kinds=np.array([int(track.kind) for track in tracks.tracks], dtype=np.int32),
@@ -264,7 +264,7 @@ def _ranked(
         actors=windows[order, :2].astype(np.int32),
         begin=windows[order, 2].astype(np.float64) * step,
         end=windows[order, 3].astype(np.float64) * step,
-        outcomes=kept,
+        outcomes=ordered,
         score=risk.score[order],
         ttc=rows[order, TTC],
         ttc_time=rows[order, TTC_TIME],

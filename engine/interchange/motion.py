@@ -160,19 +160,19 @@ def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
     sample between two jumps is left out, and else the first after the jump.
     """
     jumps = jumps_of(time, positions)
-    kept, breaks = np.ones(len(time), np.bool_), np.zeros(len(time), np.bool_)
+    remaining, breaks = np.ones(len(time), np.bool_), np.zeros(len(time), np.bool_)
     edges = [0, *(jumps + 1).tolist(), len(time)]
     last = -1
     for begin, end in pairwise(edges):
         if len(jumps) and end - begin == 1:
-            kept[begin] = False
+            remaining[begin] = False
             continue
         if last >= 0:
             breaks[last] = True
-            kept[begin] = last < begin - 1
+            remaining[begin] = last < begin - 1
         last = end - 1
     breaks[:-1] |= unseen_steps(time, positions)
-    return kept, breaks, jumps
+    return remaining, breaks, jumps
 
 
 def jump_remark(name: str, time: Floats, positions: Floats, jumps: Ints) -> str:

@@ -220,13 +220,13 @@ def _scenario(path: Path, ego: str | None, step: float | None, esmini: Path | No
 def _within(recording: Recording, window: Window, file: str) -> Recording:
     """Return the samples of a window, and the contact if it is in it."""
     since = recording.time - recording.time[0]
-    kept = (since >= window[0] - SAME_INSTANT) & (since <= window[1] + SAME_INSTANT)
-    if not recording.there[kept, 0].any():
+    in_window = (since >= window[0] - SAME_INSTANT) & (since <= window[1] + SAME_INSTANT)
+    if not recording.there[in_window, 0].any():
         message = f"the ego is not there from {window[0]:g} to {window[1]:g} s"
         raise InterchangeError(message, f"name a window within 0 to {since[-1]:.6g} s", file)
-    contact, time = recording.contact, recording.time[kept]
+    contact, time = recording.contact, recording.time[in_window]
     inside = contact is not None and time[0] <= contact.time <= time[-1]
-    part = replace(recording, time=time, states=recording.states[kept], contact=contact if inside else None)
+    part = replace(recording, time=time, states=recording.states[in_window], contact=contact if inside else None)
     return part.from_zero()
 
 

@@ -5,7 +5,7 @@ intersections, conflicts of maneuvers.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
@@ -91,6 +91,7 @@ class Grid:
 
     # -- the whole road as a region
 
+    @cached_property
     def shape(self) -> Shape:
         """Return all junctions and roads as one region. Where they touch, at the stop lines, there is no boundary."""
         kerbs = self.kerbs()
@@ -116,11 +117,17 @@ class Grid:
             ]
         return rows + [(site.x - half, site.y - reach, site.x + half, site.y + half) for site in self.sites]
 
+    @cached_property
     def junction_shape(self) -> Shape:
         """Return the area of a junction around the origin, with the two crossing roads as cores."""
         half, stop = self.junction.half_width, self.junction.stop
         top = stop if self.spec.ways == 4 else half
         return with_cores(shape_of(self.junction.outline), [(-stop, -half, stop, half), (-half, -stop, half, top)])
+
+    @cached_property
+    def turn_strips(self) -> tuple[Shape, ...]:
+        """Return the area of each turn through a junction around the origin."""
+        return tuple(_turn_strip(turn, self.spec.lane_width) for turn in self.junction.turns)
 
     def kerbs(self) -> Floats:
         """Return the boundary edges of one junction: its outline without the stop lines."""
@@ -176,16 +183,23 @@ class Grid:
 def grid_network(spec: RoadSpec) -> Network:
     """Return all roads and intersections of a valid grid."""
     whole = {name: int(getattr(spec, name)) for name in ("ways", "lanes", "rows", "cols")}
-    return _Builder(Grid(replace(spec, **whole))).build()
+    spec = replace(spec, **whole)
+    return _Builder(planned_grid(spec), spec).build()
+
+
+@lru_cache(maxsize=16)
+def planned_grid(spec: RoadSpec) -> Grid:
+    """Return the plan of a grid. Its shapes take most of the time of a network, and networks of one plan share them."""
+    return Grid(spec)
 
 
 class _Builder:
     """The network under construction; each step adds one kind of element."""
 
-    def __init__(self, grid: Grid) -> None:
+    def __init__(self, grid: Grid, spec: RoadSpec) -> None:
         self.grid = grid
         self.junction = grid.junction
-        self.network = Network(grid.spec, grid.spec.left_hand)
+        self.network = Network(spec, spec.left_hand)
         self.lanes: list[Lane] = []
         self.maneuvers: list[Maneuver] = []
         self.directions: dict[str, list[tuple[Lane, ...]]] = {}
@@ -196,16 +210,14 @@ class _Builder:
 
     def build(self) -> Network:
         network, grid = self.network, self.grid
-        road = network.regions.add(grid.shape())
+        road = network.regions.add(grid.shape)
         assert road == ROAD_REGION
-        area = grid.junction_shape()
-        areas = [network.regions.add(area.moved(site.x, site.y)) for site in grid.sites]
+        areas = [network.regions.add(grid.junction_shape.moved(site.x, site.y)) for site in grid.sites]
         for site, arm in grid.arms():
             self.add_road(site, arm)
         network.intersections = tuple(map(self.intersection, grid.sites, areas))
-        strips = [_turn_strip(turn, grid.spec.lane_width) for turn in self.junction.turns]
         for site in grid.sites:
-            self.add_turns(site, strips)
+            self.add_turns(site, grid.turn_strips)
         network.lanes, network.maneuvers = tuple(self.lanes), tuple(self.maneuvers)
         network.roads = self.roads()
         network.links = link(network, self.junction)

@@ -6,6 +6,7 @@ Also the right of way: per lane, the range of arc lengths in which other actors 
 import math
 from collections import defaultdict
 from collections.abc import Mapping
+from functools import lru_cache
 from heapq import heappop, heappush
 from itertools import combinations, pairwise
 
@@ -78,7 +79,8 @@ def _conflicts(network: Network, junction: Junction) -> list[tuple[int, ...]]:
     return [tuple(site.id * count + other for other in others) for site in network.intersections for others in pattern]
 
 
-def meeting_turns(turns: tuple[Turn, ...]) -> list[tuple[int, ...]]:
+@lru_cache(maxsize=16)
+def meeting_turns(turns: tuple[Turn, ...]) -> tuple[tuple[int, ...], ...]:
     """Return for each turn the indices of turns from other lanes whose centre line crosses or joins its own."""
     paths = PathBook()
     lines = [paths.points(paths.add(turn.primitives), 0.001) for turn in turns]
@@ -88,7 +90,7 @@ def meeting_turns(turns: tuple[Turn, ...]) -> list[tuple[int, ...]]:
         same_end = (turns[i].end, turns[i].end_lane) == (turns[j].end, turns[j].end_lane)
         return not same_start and (same_end or polylines_cross(lines[i], lines[j]))
 
-    return [tuple(j for j in range(len(turns)) if meet(min(i, j), max(i, j))) for i in range(len(turns))]
+    return tuple(tuple(j for j in range(len(turns)) if meet(min(i, j), max(i, j))) for i in range(len(turns)))
 
 
 # -- networks of any shape ---------------------------------------------------------------------------------------------
@@ -194,13 +196,13 @@ def conflicts_of(network: Network) -> list[tuple[int, ...]]:
         by_place[maneuver.intersection_id].append(maneuver)
     for here in by_place.values():
         for one, other in combinations(here, 2):
-            if one.start != other.start and _meet(one, other, lines):
+            if one.start != other.start and _conflict(one, other, lines):
                 found[one.id].append(other.id)
                 found[other.id].append(one.id)
     return [tuple(sorted(others)) for others in found]
 
 
-def _meet(one: Maneuver, other: Maneuver, lines: Mapping[int, Floats]) -> bool:
+def _conflict(one: Maneuver, other: Maneuver, lines: Mapping[int, Floats]) -> bool:
     return one.end == other.end or polylines_cross(lines[one.connecting], lines[other.connecting])
 
 

@@ -7,7 +7,7 @@ from itertools import chain
 
 import numpy as np
 
-from engine.road.network import Lane, Network, kept
+from engine.road.network import Lane, Network, once_per_network
 from engine.road.sections import to_left, to_right
 
 GOES_ON = 20.0
@@ -31,13 +31,13 @@ def way_through(lane: Lane) -> int:
     return paths.join([*(each.path for each in before), *paths.parts(lane.default_route)])
 
 
-@kept
+@once_per_network
 def ways_through(network: Network) -> tuple[int, ...]:
     """Return `way_through` of each lane; cached, as drivers use all of them many times."""
     return tuple(map(way_through, network.lanes))
 
 
-@kept
+@once_per_network
 def all_left_by(network: Network) -> tuple[float, ...]:
     """Return `left_by` of each lane."""
     return tuple(map(left_by, network.lanes))

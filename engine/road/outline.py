@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road.lights import lit_arms
-from engine.road.network import Lane, LaneRole, Lines, Network
+from engine.road.network import Lane, LaneRole, Lines, Network, lit_arms
 from engine.tables import Bools, Floats
 
-KEPT = 0.05
+CONSTANT_WIDTH = 0.05
 """Change of width below which a lane is drawn with a constant width [m]."""
 Shown = Callable[[int, float], str]
 """(phase, time [s]) -> colour of the lights: green, yellow or red; "" if unknown."""
@@ -79,7 +78,7 @@ def _of_grid(network: Network) -> Outline:
         kerbs=(
             *network.kerbs,
             *(_border(lane, kerb=True) for lane in road_lanes if lane.number == 1),
-            *_far_kerbs(network),
+            *(_border(road.forward.lanes[-1], kerb=False) for road in network.roads if not road.backward.lanes),
         ),
         middle_lines=tuple(
             _border(road.backward.lanes[-1], kerb=False) for road in network.roads if road.backward.lanes
@@ -99,7 +98,7 @@ def _of_lines(network: Network, drawn: Lines) -> Outline:
     changing = {
         lane: np.vstack([left, right[::-1]])
         for lane, (left, right) in network.bounds.items()
-        if np.ptp(np.hypot(*(left - right).T)) > KEPT
+        if np.ptp(np.hypot(*(left - right).T)) > CONSTANT_WIDTH
     }
     return Outline(
         kerbs=drawn.kerbs,
@@ -122,7 +121,7 @@ def _is_met(lane: Lane) -> bool:
 def near(road: Outline, points: Floats, reach: float) -> Outline:
     """Return the part of a drawing within `reach` [m] of the rectangle around some points (n, 2) [m]."""
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-    kept = [i for i, line in enumerate(road.center_lines) if _passing(line, low, high).any()]
+    visible = [i for i, line in enumerate(road.center_lines) if _passing(line, low, high).any()]
     return replace(
         road,
         kerbs=_parts(road.kerbs, low, high),
@@ -130,8 +129,8 @@ def near(road: Outline, points: Floats, reach: float) -> Outline:
         lane_lines=_parts(road.lane_lines, low, high),
         stop_lines=_parts(road.stop_lines, low, high),
         areas=tuple(ring for ring in road.areas if _passing(ring, low, high).any()),
-        center_lines=tuple(road.center_lines[i] for i in kept),
-        widths=tuple(road.widths[i] for i in kept),
+        center_lines=tuple(road.center_lines[i] for i in visible),
+        widths=tuple(road.widths[i] for i in visible),
         signals=tuple(each for each in road.signals if _passing(each.line, low, high).any()),
     )
 
@@ -149,11 +148,6 @@ def _parts(lines: Sequence[Floats], low: Floats, high: Floats) -> tuple[Floats, 
         edges = np.flatnonzero(np.diff(np.concatenate([[False], _passing(line, low, high), [False]])))
         parts += [line[first : last + 1] for first, last in edges.reshape(-1, 2).tolist()]
     return tuple(parts)
-
-
-def _far_kerbs(network: Network) -> tuple[Floats, ...]:
-    """Return the kerbs of one-way roads next to their fastest lanes."""
-    return tuple(_border(road.forward.lanes[-1], kerb=False) for road in network.roads if not road.backward.lanes)
 
 
 def _block(x: float, y: float, _heading: float, length: float, width: float) -> Floats:

@@ -8,7 +8,7 @@ traffic lanes are numbered from right to left, in left-hand traffic from left to
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road.network import Lane, LaneGroup, Maneuver, Network, Road, kept
+from engine.road.network import Lane, LaneGroup, Maneuver, Network, Road, once_per_network
 from engine.road.regions import shape_of_parts
 
 
@@ -108,7 +108,7 @@ def to_right(lane: Lane) -> Lane | None:
     return _inwards(lane) if lane.network.left_hand else slower(lane)
 
 
-@kept
+@once_per_network
 def all_intersections(network: Network) -> int:
     """Return the id of the region of all intersections, which is made on first use."""
     shapes = [network.regions.shape(each.region) for each in network.intersections]

@@ -114,8 +114,8 @@ def _digest(rows: Iterable[tuple[Any, ...]]) -> bytes:
 
 def broken_parts(connection: sqlite3.Connection, actions: bytes) -> list[str]:
     """Return the tables under the seal that differ from their sealed state."""
-    (kept,) = connection.execute("SELECT seal FROM status").fetchone()
+    (stored,) = connection.execute("SELECT seal FROM status").fetchone()
     found = parts(connection, actions)
-    if not isinstance(kept, bytes) or len(kept) != len(found):
+    if not isinstance(stored, bytes) or len(stored) != len(found):
         return ["status"]
-    return [name for i, name in enumerate(PARTS) if kept[i * PART :][:PART] != found[i * PART :][:PART]]
+    return [name for i, name in enumerate(PARTS) if stored[i * PART :][:PART] != found[i * PART :][:PART]]

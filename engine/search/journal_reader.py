@@ -24,9 +24,8 @@ from engine.search.evaluations import (
     goal_of,
 )
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION, WITHOUT_CHAIN, has_chain
-from engine.search.manifest import Manifest, read_manifest
+from engine.search.manifest import Manifest, ManifestError, read_manifest
 from engine.search.store import StoreError, example_run, refuse_empty, store_errors
-from engine.search.typed import ManifestError
 from engine.tables import Floats, Ints
 
 NO_DAMAGE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
@@ -119,8 +118,8 @@ def _record(connection: sqlite3.Connection) -> Record:
     figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
     proved = has_chain(connection)
     links = _checked_links(connection, individuals, simulations) if proved else ()
-    kept = _action_rows(connection)
-    if proved and (broken := broken_parts(connection, actions_digest(kept))):
+    stored = _action_rows(connection)
+    if proved and (broken := broken_parts(connection, actions_digest(stored))):
         raise BrokenChainError(" and ".join(f"`{name}`" for name in broken) + " is not what was written")
     return Record(
         manifest=manifest,
@@ -129,7 +128,7 @@ def _record(connection: sqlite3.Connection) -> Record:
         status=status,
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
-        actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in kept},
+        actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in stored},
         links=links,
         proved=proved,
     )
@@ -152,13 +151,13 @@ def _checked_links(
     if [row[0] for row in rows] != list(range(len(rows))) or max([-1, *born, *simulated]) >= len(rows):
         raise BrokenChainError("its generations are not those that were written")
     before, links = BEGINNING, [BEGINNING.hex()]
-    for generation, figures, kept in rows:
+    for generation, figures, stored in rows:
         parts = [
             [array[slice(*np.searchsorted(order, (generation, generation + 1)))] for array in table]
             for order, table in ((born, individuals), (simulated, simulations))
         ]
         before = link(before, figures, *parts)
-        if before != kept:
+        if before != stored:
             raise BrokenChainError(f"generation {generation} is not what was written")
         links.append(before.hex())
     return tuple(links)
@@ -207,8 +206,8 @@ def _check(path: Path, connection: sqlite3.Connection) -> None:
         )
     if has_chain(connection) != (found == SCHEMA_VERSION):
         raise damaged(path, "its version is not that of its tables")
-    kept = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:]
-    if tuple(kept) not in ((*SCALARS, "counts"), (*SCALARS, "counts", "sought")):
+    stored = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:]
+    if tuple(stored) not in ((*SCALARS, "counts"), (*SCALARS, "counts", "sought")):
         raise StoreError(f"`{path}` keeps other results than this program", "use the version of cortexc that wrote it")
 
 

@@ -165,19 +165,19 @@ class GenerationSearcher:
         self._population = population
         self._streams = streams
         self._generation = -1
-        self._asked: list[Proposal] = []
+        self._proposed: list[Proposal] = []
 
     def ask(self) -> list[Proposal]:
         self._generation += 1
-        self._asked = self._proposals()
-        return self._asked
+        self._proposed = self._proposals()
+        return self._proposed
 
     def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+        check_answer(self._proposed, results)
         self._learn(results)
 
     def _proposals(self) -> list[Proposal]:
         raise NotImplementedError
 
     def _learn(self, results: Sequence[Result]) -> None:
-        """Learn from the results of `_asked`."""
+        """Learn from the results of `_proposed`."""

@@ -22,6 +22,9 @@ from engine.streams import StreamKey
 from engine.tables import Floats, Ints
 from engine.vocabulary import Blame, Verdict
 
+WORST = 10
+"""Number of worst cases with a scenario in the folder of a run; they are of many kinds."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -76,7 +79,7 @@ def _group(evaluations: Evaluations) -> Ints:
     return np.where(runs.verdict[place] == Verdict.CONTROLLER, 0, np.where(find, 1, 2))
 
 
-def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = None) -> tuple[Case, ...]:
+def worst_cases(evaluations: Evaluations, count: int = WORST, blame: Ints | None = None) -> tuple[Case, ...]:
     """Return the worst rollouts of up to `count` different genomes, worst first.
 
     With the reference driver's verdict on each rollout, `blame` (n, k), they are of many kinds.
@@ -90,7 +93,7 @@ def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = 
     )
 
 
-def worst_runs(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
+def worst_runs(evaluations: Evaluations, count: int = WORST) -> tuple[Case, ...]:
     """Return up to `count` worst cases that have a run, if some of the worst have none; else ()."""
     if not any(case.lost for case in worst_cases(evaluations, count)):
         return ()
@@ -98,7 +101,7 @@ def worst_runs(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
     return tuple(case for case in every if not case.lost)[:count]
 
 
-def lost_cases(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
+def lost_cases(evaluations: Evaluations, count: int = WORST) -> tuple[Case, ...]:
     """Return the first simulations over which a controller failed."""
     lost = (evaluations.rollouts.verdict == Verdict.CONTROLLER) & evaluations.simulated[:, np.newaxis]
     places = np.argwhere(lost)[:count].tolist()

@@ -91,7 +91,7 @@ First by individual, elites included; then, as `simulated_…`, over distinct si
 def guide() -> str:
     """Return the page; the descriptions of result columns are those of `RESULTS`."""
     lines: list[tuple[list[str], str]] = []
-    for row in (each for kept in RESULTS if not kept.part_of for each in (kept, *_parts_of(kept))):
+    for row in (each for whole in RESULTS if not whole.part_of for each in (whole, *_parts_of(whole))):
         if row.sentence:
             lines.append(([], row.sentence))
         lines[-1][0].extend(row.columns)

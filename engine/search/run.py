@@ -6,7 +6,7 @@ from streams keyed by birth and rollout, so a result does not depend on other in
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -74,7 +74,6 @@ def run_campaign(
     task: Task,
     searcher: Searcher,
     on_generation: OnGeneration | None = None,
-    should_stop: Callable[[], bool] = lambda: False,
     past: Past = NO_PAST,
 ) -> Campaign:
     """Run all generations, or those until an interrupt.
@@ -82,8 +81,8 @@ def run_campaign(
     The searcher receives the stored results of `past` and continues there. `on_generation` is called for new
     generations.
 
-    Ctrl-C, or `should_stop` after a generation, ends the campaign with the finished generations. Ctrl-C before the end
-    of the first generation is passed on, and so are exceptions of `on_generation`.
+    Ctrl-C ends the campaign with the finished generations. Ctrl-C before the end of the first generation is passed on,
+    and so are exceptions of `on_generation`.
 
     Raises:
         ForeignPastError: the searcher's proposals differ from those of `past`.
@@ -114,9 +113,7 @@ def run_campaign(
                 elapsed = perf_counter() - start
                 said = (*done[-1], best, simulations, elapsed, task.objective)
                 on_generation(Progress(generation, config.generations, *said))
-            if should_stop():
-                break
-        status = FINISHED if len(done) == config.generations else STOPPED
+        status = FINISHED
     except KeyboardInterrupt:
         if not done:
             raise
@@ -218,7 +215,6 @@ def search(
     config: Config = DEFAULTS,
     profile: str = "paper",
     on_generation: OnGeneration | None = None,
-    should_stop: Callable[[], bool] = lambda: False,
     past: Past = NO_PAST,
     workers: Workers | None = None,
     objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
@@ -274,4 +270,4 @@ def search(
             make_blaming(program, config),
             None if names == DEFAULT_OBJECTIVES else evaluator((), DEFAULT_OBJECTIVES),
         )
-        return run_campaign(task, searcher, on_generation, should_stop, past)
+        return run_campaign(task, searcher, on_generation, past)

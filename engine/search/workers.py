@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
 from multiprocessing import resource_tracker
+from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from typing import Any, Literal, NoReturn, TypeVar
 
@@ -114,27 +115,39 @@ def open_workers(workers: Workers) -> Generator[Executor | None]:
 
 
 @contextmanager
-def process_pool(jobs: int, start: Callable[..., None] = serve_parent, *given: object) -> Generator[Executor]:
-    """Start a pool of local processes, each of which first calls `start(*given)`.
+def process_pool(jobs: int) -> Generator[Executor]:
+    """Start a pool of local processes.
 
-    They are spawned, because a forked process would inherit the locks of running threads.
+    They are spawned, because a forked process would inherit the locks of running threads. An exception in the block
+    ends them at once, whatever they do: a batch may take a minute, and the start of a process takes seconds.
     """
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), start, given)
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), serve_parent)
     try:
         yield pool
+    except BaseException:
+        _end_workers(pool)
+        raise
     finally:
-        if sys.version_info < (3, 11, 5):
-            _drop_dead_workers(pool)
+        if getattr(pool, "_broken", False):
+            _end_workers(pool)
         pool.shutdown(cancel_futures=True)
 
 
-def _drop_dead_workers(pool: ProcessPoolExecutor) -> None:
-    """Close the pipe from which killed workers read, so that `shutdown` does not wait until they take their work.
+def _end_workers(pool: ProcessPoolExecutor) -> None:
+    """End the processes of a pool, so that `shutdown` does not wait for their work.
 
-    Later versions of Python do so themselves (https://github.com/python/cpython/issues/94777).
+    Python 3.14 has `terminate_workers`. A process may end amid a result, for whose rest the pool would wait: our end of
+    that pipe is closed. Versions before 3.11.5 also wait until somebody reads the work that is left
+    (https://github.com/python/cpython/issues/94777), so its pipe is closed, too.
     """
+    processes: dict[int, BaseProcess] | None = getattr(pool, "_processes", None)
+    for process in list((processes or {}).values()):
+        process.terminate()
+    results: Any = getattr(pool, "_result_queue", None)
+    if results is not None:
+        results._writer.close()
     queue: Any = getattr(pool, "_call_queue", None)
-    if getattr(pool, "_broken", False) and queue is not None:
+    if sys.version_info < (3, 11, 5) and queue is not None:
         queue._reader.close()
 
 

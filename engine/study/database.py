@@ -83,8 +83,8 @@ def broken_seal(connection: sqlite3.Connection, seal: bytes) -> bool:
 
 def add_to_seal(connection: sqlite3.Connection, run: tuple[Any, ...]) -> None:
     """Add one run to the seal, within the transaction that writes it; `run` has the columns of `RUNS`."""
-    (kept,) = connection.execute("SELECT value FROM seal").fetchone()
-    connection.execute("UPDATE seal SET value = ?", (either(kept, actions_digest([run])),))
+    (stored,) = connection.execute("SELECT value FROM seal").fetchone()
+    connection.execute("UPDATE seal SET value = ?", (either(stored, actions_digest([run])),))
 
 
 STUDY = "study.sqlite"

@@ -1,24 +1,19 @@
 """Execution of a plan: in this process, in several, or by any executor. Results do not depend on the choice.
 
-The unit of work is a whole run. A worker is a process, as half of a search is Python code; it ignores Ctrl-C, stops on
-request after the current generation, and ends with the process that started it.
+The unit of work is a whole run. A worker is a process, as half of a search is Python code; it ignores Ctrl-C, and ends
+when the work ends, or with the process that started it.
 """
 
-import multiprocessing
-from collections.abc import Callable, Collection, Generator, Iterable
+from collections.abc import Callable, Collection, Iterable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from engine.errors import Signal
 from engine.search.store import StoreError
-from engine.search.workers import apart, process_pool, serve_parent, tells_of_a_kill, unheard_by_children
+from engine.search.workers import apart, process_pool, tells_of_a_kill, unheard_by_children
 from engine.study.plan import Address, Plan, Task
 
 if TYPE_CHECKING:
-    from multiprocessing.synchronize import Event
-
     from engine.study.run_records import Finished
 
 AHEAD = 2
@@ -27,24 +22,19 @@ AHEAD = 2
 OnRun = Callable[["Finished"], None]
 
 
-class Stopped(Signal):
-    """A run was stopped on request before its end; nothing of it is stored."""
-
-
-def perform(task: Task, should_stop: Callable[[], bool] = lambda: False) -> "Finished":
+def perform(task: Task) -> "Finished":
     """Perform one run and return its record. Except for the seconds, it is a pure function of the task.
 
     Raises:
-        Stopped: `should_stop` returned True.
         KeyboardInterrupt: Ctrl-C.
     """
     from engine.search.run import search
     from engine.study.run_records import finished
 
     method, aims = task.address.method, task.objective
-    campaign = search(task.program, method, task.config, task.profile, should_stop=should_stop, objective=aims)
+    campaign = search(task.program, method, task.config, task.profile, objective=aims)
     if campaign.stopped:
-        raise Stopped if should_stop() else KeyboardInterrupt
+        raise KeyboardInterrupt
     return finished(task.address, campaign)
 
 
@@ -66,29 +56,23 @@ def perform_all(
     skip = frozenset(done)
     tasks = (plan.task(address) for address in plan.addresses() if address not in skip)
     if executor is not None:
-        _drain(executor, perform, tasks, jobs, on_run)
+        _drain(executor, tasks, jobs, on_run)
     elif jobs == 1:
         for task in tasks:
             on_run(perform(task))
     else:
-        with workers(jobs) as pool:
-            _drain(pool, _perform_in_worker, tasks, jobs, on_run)
+        with process_pool(jobs) as pool:
+            _drain(pool, tasks, jobs, on_run)
 
 
-def _drain(
-    executor: Executor,
-    function: "Callable[[Task], Finished]",
-    tasks: Iterable[Task],
-    jobs: int,
-    on_run: OnRun,
-) -> None:
+def _drain(executor: Executor, tasks: Iterable[Task], jobs: int, on_run: OnRun) -> None:
     """Submit tasks so that `jobs` workers stay busy until none is left."""
     queue = iter(tasks)
     pending: set[Future[Finished]] = set()
     try:
         while True:
             with unheard_by_children():
-                pending |= {executor.submit(function, task) for task in islice(queue, AHEAD * jobs - len(pending))}
+                pending |= {executor.submit(perform, task) for task in islice(queue, AHEAD * jobs - len(pending))}
             if not pending:
                 return
             finished, pending = apart(wait, pending, return_when=FIRST_COMPLETED)
@@ -103,30 +87,3 @@ def _drain(
     finally:
         for future in pending:
             future.cancel()
-
-
-@contextmanager
-def workers(jobs: int) -> Generator[Executor]:
-    """Start local processes; the end of the block stops the runs in flight."""
-    stop = multiprocessing.get_context("spawn").Event()
-    with process_pool(jobs, _start_worker, stop) as pool:
-        try:
-            yield pool
-        finally:
-            stop.set()
-
-
-def _start_worker(stop: "Event") -> None:
-    serve_parent()
-    _Worker.stop = stop
-
-
-class _Worker:
-    """Data that a worker process received at its start."""
-
-    stop: "Event | None" = None
-
-
-def _perform_in_worker(task: Task) -> "Finished":
-    stop = _Worker.stop
-    return perform(task) if stop is None else perform(task, stop.is_set)

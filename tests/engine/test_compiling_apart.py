@@ -16,6 +16,7 @@ from engine import compiling_apart
 from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, missing_kernels, stored_name, undrawn
 from engine.kernels.jit import cache_folder
 from engine.program import Program
+from wheels.compile_kernels import deferred_names
 
 SOURCE = """
 param V = Range(1, 9) m/s
@@ -30,6 +31,7 @@ terminate when ego can see third
 """
 )
 """Actors other than the ego may touch, and one is seen: deferred kernels."""
+KERNELS = Path(compiling_apart.__file__).parent / "kernels"
 LONG = 60.0
 STARTED = 300.0
 """Time in which two processes start on a busy machine [s]."""
@@ -147,6 +149,13 @@ def test_each_part_calls_its_kernels(name: str, source: str) -> None:
     demand = KernelDemand((PARTS[name],), program)
     PARTS[name].compile(demand)
     assert not missing_kernels(demand, [cache_folder()])
+
+
+def test_the_pattern_of_each_kernel_of_a_wheel_names_its_module() -> None:
+    """Those in folders of modules, too."""
+    names = deferred_names()
+    assert "impacts/motion/motion.step_post_impact.*.nbc" in names
+    assert all((KERNELS / Path(name).parent).with_suffix(".py").is_file() for name in names)
 
 
 def test_what_nobody_finished_is_removed(folder: Path) -> None:

@@ -6,7 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from engine.user_cache import ENVIRONMENT_VARIABLE, KEPT, cache_roots, cached_file, fingerprint, is_ours, is_writable
+from engine.user_cache import (
+    ENVIRONMENT_VARIABLE,
+    MAX_OTHERS,
+    cache_roots,
+    cached_file,
+    fingerprint,
+    is_ours,
+    is_writable,
+)
 from tests.folders import small_files
 
 
@@ -61,26 +69,26 @@ def test_a_clock_that_runs_backwards_removes_nothing_in_use(root: Path) -> None:
     """Entries from the future are the most recent ones."""
     root.mkdir()
     ahead = time.time() + 1e6
-    for number in range(KEPT + 4):
+    for number in range(MAX_OTHERS + 4):
         (root / f"grammar-{number:02}.lark").write_text("")
         os.utime(root / f"grammar-{number:02}.lark", (ahead, ahead))
     cached_file("grammar-new.lark", "grammar-*.lark")
-    assert len(list(root.glob("grammar-*"))) == KEPT + 4
+    assert len(list(root.glob("grammar-*"))) == MAX_OTHERS + 4
 
 
 def test_files_of_a_kind_that_are_long_unused_are_removed(root: Path) -> None:
     """The most recent ones of other versions stay, and everything of another kind, when a new one is to be written."""
     root.mkdir()
-    for age in range(KEPT + 4):
+    for age in range(MAX_OTHERS + 4):
         for family in ("grammar", "other"):
             old = root / f"{family}-{age:02}.lark"
             old.write_text("")
             os.utime(old, (1e9 - age, 1e9 - age))
     cached_file("grammar-00.lark", "grammar-*.lark")
-    assert len(list(root.glob("grammar-*"))) == KEPT + 4
+    assert len(list(root.glob("grammar-*"))) == MAX_OTHERS + 4
     cached_file("grammar-new.lark", "grammar-*.lark")
-    assert sorted(p.name for p in root.glob("grammar-*")) == [f"grammar-{age:02}.lark" for age in range(KEPT)]
-    assert len(list(root.glob("other-*"))) == KEPT + 4
+    assert sorted(p.name for p in root.glob("grammar-*")) == [f"grammar-{age:02}.lark" for age in range(MAX_OTHERS)]
+    assert len(list(root.glob("other-*"))) == MAX_OTHERS + 4
 
 
 def test_code_as_long_and_as_old_is_other_code(tmp_path: Path) -> None:

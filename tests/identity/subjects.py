@@ -24,6 +24,7 @@ from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.report.terminal.kernel_progress import COMPILED
 from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
+from engine.search.insight import analysis
 from engine.search.searchers import SEARCHERS
 
 ROOT = Path(__file__).parent.parent.parent
@@ -128,6 +129,20 @@ def _analysed_once() -> Iterator[None]:
         yield
 
 
+@contextlib.contextmanager
+def _designed_once() -> Iterator[None]:
+    """The commands that show which params matter in one run see one design of simulations."""
+    known = dict[tuple[int, int], Any]()
+
+    def once(space: Any, evaluate: Any, budget: int, seed: int, made: Callable[..., Any] = analysis.sensitivity) -> Any:
+        if (budget, seed) not in known:
+            known[budget, seed] = made(space, evaluate, budget, seed)
+        return known[budget, seed]
+
+    with patch.object(analysis, "sensitivity", once):
+        yield
+
+
 def files(paths: Sequence[str]) -> Subjects:
     """What `cortexc FILE --check` says of each file; where that finds no mistake, what the other modes say."""
     for path in paths:
@@ -207,12 +222,13 @@ def views(folder: Path) -> Subjects:
     yield "view world", command("left_turn.scn", "--seed", "4", "--engine", "world", "--json", at=folder)
     yield "view sample", command("left_turn.scn", "--sample", "--seed", "4", at=folder)
     yield "view search", command("left_turn.scn", "--ga", *SMALL, "--out", "run", at=folder)
-    with _analysed_once():
-        yield "view analyse", command("analyse", "run", at=folder)
-        yield f"view analyse json{ROUNDED}", command("analyse", "run", "--json", at=folder)
-    yield "view probability", command("probability", "left_turn.scn", "--samples", "500", at=folder)
-    yield "view replay", command("replay", "run", at=folder)
-    yield "view report", command("report", "run", "--out", "page.html", at=folder)
+    with _designed_once():
+        with _analysed_once():
+            yield "view analyse", command("analyse", "run", at=folder)
+            yield f"view analyse json{ROUNDED}", command("analyse", "run", "--json", at=folder)
+        yield "view probability", command("probability", "left_turn.scn", "--samples", "500", at=folder)
+        yield "view replay", command("replay", "run", at=folder)
+        yield "view report", command("report", "run", "--out", "page.html", at=folder)
     for path in (folder / "run" / "summary.json", folder / "run" / "README.md", folder / "page.html"):
         rounded = ROUNDED if path.suffix == ".html" else ""
         yield f"view {path.name}{rounded}", DURATIONS.sub("DURATION", path.read_text(encoding="utf-8"))

@@ -24,7 +24,6 @@ from engine.search.ranking import worst_cases
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
-    from engine.scenes import Scenes
     from engine.search.ranking import Case
 
 __all__ = ["maneuver_files", "maneuver_plan"]
@@ -95,7 +94,7 @@ def _champions(case: "ExportCase", plan: ManeuverPlan, worst: Sequence["Case"]) 
     sets, others = [dict(plan.values)], 0
     for each in worst:
         scenes = case.scenario.scene(each)
-        if _is_same(scenes, case.scenes):
+        if np.array_equal(scenes.keys, case.scenes.keys) and np.array_equal(scenes.genomes, case.scenes.genomes):
             continue
         if scenes.variant[0] != case.scenes.variant[0]:
             others += 1
@@ -104,7 +103,3 @@ def _champions(case: "ExportCase", plan: ManeuverPlan, worst: Sequence["Case"]) 
         if there.keys() >= plan.values.keys():
             sets.append({name: there[name] for name in plan.values})
     return _Champions(sets, others, len(worst))
-
-
-def _is_same(one: "Scenes", other: "Scenes") -> bool:
-    return np.array_equal(one.keys, other.keys) and np.array_equal(one.genomes, other.genomes)

@@ -71,7 +71,7 @@ def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
     to = Expressions(
         sheet=sheet,
         network=build_network(case.scenario.program.road_spec),
-        worth=lambda span: [observed.value for observed in witness.seen.get(span, ())],
+        known_values=lambda span: [observed.value for observed in witness.seen.get(span, ())],
         from_north=any(isinstance(each, nodes.Model) for each in compiled.module.statements),
         recording=case.recording,
         make=made,

@@ -79,7 +79,7 @@ def _builtin(to: "Expressions", function: nodes.Expression) -> str | None:
     called = to.value(function)
     if isinstance(called, BuiltinValue):
         return called.name
-    if isinstance(function, nodes.Name) and not to.worth(function.span) and function.id in BUILTINS:
+    if isinstance(function, nodes.Name) and not to.known_values(function.span) and function.id in BUILTINS:
         return function.id
     return None
 
@@ -110,19 +110,19 @@ def _behaviour(to: "Expressions", node: nodes.Call, name: str) -> nodes.Expressi
         to.sheet.stand_ins[name] = None
         if lacks := STAND_INS[name].lacks:
             to.sheet.remark(f"Scenic has no `{name}`; its replacement lacks something: {lacks}")
-    kept = []
+    operands = []
     for number, argument in enumerate(node.arguments):
         known = argument.name and ALIASES.get(argument.name, argument.name)
         here = known in shared if known else number < len(shared) and shared[number] != ""
         if here:
-            kept.append(replace(argument, name=known, value=to(argument.value)))
+            operands.append(replace(argument, name=known, value=to(argument.value)))
         else:
             to.sheet.remark(f"`{name}` is written without {left_out(argument, number, name)}", argument.span)
-    return replace(node, arguments=tuple(kept))
+    return replace(node, arguments=tuple(operands))
 
 
 N = TypeVar("N", bound=nodes.Node)
-Worth = Callable[[Span], list[Value]]
+KnownValues = Callable[[Span], list[Value]]
 """The values that an expression had while the file was compiled."""
 NORTH = verbatim("90 deg")
 """Angle between a heading from the east and the same heading from the north."""
@@ -136,7 +136,7 @@ class Expressions:
 
     sheet: OutputBuffer
     network: Network
-    worth: Worth
+    known_values: KnownValues
     from_north: bool
     """Whether headings in the author's file are measured as Scenic measures them, because it has a `model` line."""
     recording: Recording
@@ -178,7 +178,7 @@ class Expressions:
 
     def value(self, node: nodes.Expression) -> Value:
         """Return the value of an expression; None if its values differ or it was never evaluated."""
-        values = self.worth(node.span)
+        values = self.known_values(node.span)
         if not values or any(value is not values[0] and value != values[0] for value in values):
             return None
         return values[0]
@@ -262,7 +262,7 @@ def _name(_to: Expressions, node: nodes.Name) -> nodes.Expression:
 
 
 def _attribute(to: Expressions, node: nodes.Attribute) -> nodes.Expression:
-    base, worth = to.value(node.value), to.value(node)
+    base, value = to.value(node.value), to.value(node)
     if isinstance(base, GlobalParameters):
         return nodes.Name(node.name, span=node.span)
     if node.name == "heading":
@@ -271,7 +271,7 @@ def _attribute(to: Expressions, node: nodes.Attribute) -> nodes.Expression:
     if node.name in ("x", "y") and isinstance(base, Actor | Pose):
         position = nodes.Attribute(to(node.value), "position", span=node.span, name_span=node.span)
         return replace(node, value=position)
-    known = worth.expr if isinstance(worth, Quantity) else None
+    known = value.expr if isinstance(value, Quantity) else None
     if isinstance(known, ir.Literal) and not isinstance(base, Pose) and node.name != "speed":
         return nodes.Number(float(known.value), None, span=node.span)
     if isinstance(base, Actor) and node.name not in OBJECT_ATTRIBUTES:

@@ -258,10 +258,10 @@ def made(to: Expressions, node: nodes.New) -> nodes.New:
     value = to.value(node)
     stand = _stand(value, to.recording)
     given = [each for each in node.specifiers if isinstance(each, nodes.With)]
-    kept = (each for with_ in given for each in _property(to, with_))
+    given_properties = (each for with_ in given for each in _property(to, with_))
     placed = stand.specifiers() if stand else list(map(partial(_placing, to), _placings(node)))
     added = _sizes(value, to.recording, given) if isinstance(value, Actor) else []
-    return replace(node, specifiers=(*placed, *kept, *added, *_free(to, node)))
+    return replace(node, specifiers=(*placed, *given_properties, *added, *_free(to, node)))
 
 
 def _free(to: Expressions, node: nodes.New) -> Iterator[nodes.Specifier]:
@@ -272,7 +272,7 @@ def _free(to: Expressions, node: nodes.New) -> Iterator[nodes.Specifier]:
     if node.class_name in ("Point", "OrientedPoint"):
         return
     yield _with("regionContainedIn", "everywhere")
-    seen = {to.recording.actors[each.index].kind for each in to.worth(node.span) if isinstance(each, Actor)}
+    seen = {to.recording.actors[each.index].kind for each in to.known_values(node.span) if isinstance(each, Actor)}
     if ActorKind.OBSTACLE in (seen or {ACTOR_KINDS.get(node.class_name)}):
         yield _with("requireVisible", "False")
 

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -42,11 +43,12 @@ from engine.road import build_network
 from engine.road.outline import Outline, near, outline
 from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.search.ranking import Case
-from engine.tables import Floats
+from engine.tables import Floats, Ints
 from engine.vocabulary import ActorKind, State, Verdict
 
 if TYPE_CHECKING:
     from engine.scenes import Impact
+    from engine.search.journal_reader import Record
     from engine.world import WorldRun
 
 COLOURS = 6
@@ -290,6 +292,33 @@ def replay_case(
         files=scenario.concrete_files(scenes, remark=remark, name=name),
         held=held_params(scenario.compiled.module, scenario.overrides),
     )
+
+
+class StoredRun(Protocol):
+    """A run on disk with its scenario: the interface of an `OpenedRun` that a page uses."""
+
+    @property
+    def folder(self) -> Path: ...
+    @property
+    def record(self) -> "Record": ...
+    @property
+    def scenario(self) -> Runnable: ...
+    @property
+    def edited(self) -> Sequence[str]: ...
+    @cached_property
+    def blame(self) -> Ints: ...
+    @cached_property
+    def opinions(self) -> dict[str, str]: ...
+    def first_cases(self, count: int) -> tuple[Case, ...]: ...
+    def scene(self, case: Case) -> Scenes: ...
+
+
+def replay_of_case(run: StoredRun, case: Case) -> CaseReplay:
+    """Run one case of a run again, and return the recorded run."""
+    manifest = run.record.manifest
+    remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
+    scenes = run.scene(case)
+    return replay_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
 
 
 REACH = 100.0

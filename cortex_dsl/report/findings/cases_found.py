@@ -1,5 +1,6 @@
 """Properties of the worst cases of a search: the partner, the kind, and whether a competent driver avoids them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
@@ -13,6 +14,7 @@ from cortex_dsl.report.findings.story import contact_moment
 from engine.avoidability import Avoidability
 from engine.config import Config
 from engine.driving.blocks import can_be_driven
+from engine.outcomes import MODEL_RANGE
 from engine.program import Program
 from engine.road import build_network
 from engine.road.outline import outline
@@ -66,6 +68,13 @@ class CaseFound:
     """Avoidability of a collision; None for other cases, and without a simulation of the reference driver."""
     end: float = 0.0
     """End of the run [s], at which the driver failed if it did."""
+    grip: float = math.nan
+    """Largest use of grip by the ego, as a share of mu g; NaN without tyres."""
+
+    @property
+    def is_beyond_model(self) -> bool:
+        """Return whether the ego used more grip than the kinematic bicycle covers."""
+        return self.grip > MODEL_RANGE
 
 
 @dataclass(frozen=True)
@@ -106,6 +115,7 @@ def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidabilit
         Blame(int(campaign.blame[place])),
         answer,
         float(runs.end_time[place]),
+        float(runs.combined_grip[place]),
     )
 
 
@@ -162,6 +172,7 @@ def cases_content(found: Sequence[CaseFound]) -> list[dict[str, Any]]:
             "ego_speed": each.speeds[0],
             "other_speed": each.speeds[1],
             "end_time": each.end,
+            "combined_grip": each.grip,
             "blame": each.blame.name.lower(),
             "avoidability": each.answer and {**vars(each.answer), "avoidance": each.answer.avoidance.name.lower()},
         }

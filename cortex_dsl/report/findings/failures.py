@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cortex_dsl.report.findings.readable import counted, percent, significant, whole
 from engine.search.insight.diversity import SECTORS
-from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind, estimated_share
+from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.vocabulary import Blame
 
@@ -18,11 +18,9 @@ BLAMES = {
 }
 """Word and style."""
 MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: not the ego's failure"
-SUCCESSION = "(n + 1) / (N + 2)"
-"""Formula of the estimated share of an event; see `estimated_share`."""
 ORDER_OF_RISK = "worst first, avoidable ones before others of the same risk"
 ORDER_OF_OBJECTIVE = "avoidable collisions first, then other collisions, then near misses"
-APART = "each partner and kind once before any twice"
+APART = "each partner and kind is among them before any stands there twice"
 LOST = "the driver failed"
 """How a scene over which it did ended."""
 
@@ -72,15 +70,10 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
             share = percent(came.avoidable / came.valid, 2)
             yield f"avoidable: {share} of valid simulations{_pace(came.avoidable, seconds)}"
         else:
-            yield f"avoidable: none found; {unseen_text(came.valid)}"
+            yield f"avoidable: none among {came.valid:,} valid simulations"
     share = percent(came.collisions / came.valid)
     every = f"{came.collisions:,}{_kinds_text(came)}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
-
-
-def unseen_text(valid: int) -> str:
-    """Return the estimated rate of an event that none of the valid simulations shows."""
-    return f"estimated rate {percent(estimated_share(0, valid), 2)} of valid simulations, {SUCCESSION}"
 
 
 def _pace(count: int, seconds: float) -> str:
@@ -145,8 +138,8 @@ def finds_of(objective: Sequence[str]) -> Finds:
     if _seeks_failures(objective):
         many = "failures of the driver"
         return Finds(many, f"are {many}", objective[0], LOST, "valid and failed", "valid or failed")
-    many = f"finds of {objective[0]}"
-    return Finds(many, f"are {many}", objective[0], f"a find of {objective[0]}")
+    many = f"results of the objective {objective[0]}"
+    return Finds(many, f"are {many}", objective[0], f"a result of the objective {objective[0]}")
 
 
 def _seeks_failures(objective: Sequence[str]) -> bool:

@@ -89,12 +89,12 @@ def _text(value: float) -> str:
         return "not known"
     if value >= 0.001:
         return percent(value, 2)
-    return "none seen" if value == 0.0 else significant(value, 3)
+    return "none seen" if value == 0.0 else f"{significant(100.0 * value, 3)} %"
 
 
 def _range(interval: Interval) -> str:
-    """Return both ends in the same form: in percent if the higher one is readable in percent."""
-    low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
+    """Return both ends in percent, with three digits if the higher one is small."""
+    low, high = (percent(end, 2) if interval.high >= 0.001 else f"{significant(100.0 * end, 3)} %" for end in interval)
     return f"{low} .. {high}"
 
 

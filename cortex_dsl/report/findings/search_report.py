@@ -208,7 +208,7 @@ def objective_words(record: Record) -> str:
     texts: list[str] = []
     if manifest.objective != DEFAULT_OBJECTIVES:
         times = counted(int(evaluations.found[evaluations.simulated].sum()), "time")
-        texts.append(f"The search looked for {' and '.join(manifest.objective)}, and found it {times}.")
+        texts.append(f"The objective of the search, {' and '.join(manifest.objective)}, was reached {times}.")
     for name, count in broken_by(evaluations, manifest.objectives).items():
         texts.append(f'"{name}" is broken in {counted(count, "simulation")}.')
     return " ".join(texts)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cortex_dsl.report.findings.failures import pace_text, unseen_text
+from cortex_dsl.report.findings.failures import pace_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, whole
 from engine.study.comparisons import FIRST, MEASURES, NAMED_FIRST, PRIMARY, Comparison, Measure, Spread
 from engine.study.database import Study
@@ -110,7 +110,7 @@ class Yield:
             f"{self.valid:,} valid simulations"
         )
         if not self.avoidable:
-            return f"{counts}; {unseen_text(self.valid)}"
+            return counts
         return f"{counts}; avoidable {percent(self.share, 2)} of these, {pace_text(self.rate)} per second"
 
 

@@ -120,8 +120,8 @@ def _shortfall(account: "Account", blame: "Blame") -> float:
 
 def amount_text(account: "Account", requirement: int, amount: float) -> str:
     """Return an amount in the unit that the file uses for its dimension."""
-    asked = account.weighing.program.requirements[requirement]
-    return f"{significant(amount / asked.display_scale, 3)} {asked.display_unit or asked.unit}".rstrip()
+    row = account.weighing.program.requirements[requirement]
+    return f"{significant(amount / row.display_scale, 3)} {row.display_unit or row.unit}".rstrip()
 
 
 def params_of_miss(account: "Account", blame: "Blame") -> str:

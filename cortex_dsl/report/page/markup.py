@@ -236,5 +236,5 @@ def figure(name: str, value: float, text: str) -> Node:
 def command_again(words: Sequence[str]) -> str:
     """Return the command line for repeating a command, without the results folder: it exists and would be refused."""
     after_out = {k for k, pair in enumerate(pairwise(words), start=1) if pair[0] == "--out"}
-    kept = [word for k, word in enumerate(words) if k not in after_out and word.partition("=")[0] != "--out"]
-    return join(("cortexc", *map(without_folders, kept)))
+    remaining = [word for k, word in enumerate(words) if k not in after_out and word.partition("=")[0] != "--out"]
+    return join(("cortexc", *map(without_folders, remaining)))

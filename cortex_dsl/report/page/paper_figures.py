@@ -11,16 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
-from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
+from cortex_dsl.report.findings.case_replay import CaseReplay, StoredRun, colour, outline_corners, replay_of_case
 from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.framing import Frame, alike
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB, SIGNALS
-from cortex_dsl.report.page.run_page import replay_of_case
 from engine.extras import needed
 from engine.search.journal_reader import Record
 from engine.study.comparisons import Comparison, Measure, compare_all, sample
@@ -45,7 +43,7 @@ STYLE = {
 COOL, QUIET = "#0b6bb0", "#5c6570"
 
 
-def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
+def write_figures(run: StoredRun, folder: Path) -> list[Path]:
     """Write all figures in all formats; their paths.
 
     Raises:
@@ -76,11 +74,11 @@ def new_figure(width: float, height: float) -> Any:
     return needed("matplotlib.figure", "figures need", "report").Figure(figsize=(width, height), layout="constrained")
 
 
-def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
+def _run_figures(run: StoredRun) -> Iterator[tuple[str, Any]]:
     yield "course", _course(run.record)
     for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
         yield f"params-{number}", _heat(found, finds_of(run.record.manifest.objective).many)
-    cases = first_cases(run, CASES)
+    cases = run.first_cases(CASES)
     replays = [replay_of_case(run, case) for case in cases]
     for case, replay, frame in zip(cases, replays, alike([replay.frame for replay in replays]), strict=True):
         yield f"case-{case.rank}", _scene(replay, frame)

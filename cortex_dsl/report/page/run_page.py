@@ -1,34 +1,35 @@
 """The report of one search: a page for decision makers and for the responsible engineer."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cortex_dsl.api import opinions
-from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
+import numpy as np
+
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
-from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
+from cortex_dsl.report.findings.case_replay import CaseReplay, StoredRun, case_content, outline_corners, replay_of_case
 from cortex_dsl.report.findings.cases_found import kinds_of_cases
 from cortex_dsl.report.findings.failures import finds_of, order_text
+from cortex_dsl.report.findings.framing import CARD, Frame, alike
 from cortex_dsl.report.findings.readable import counted, first_line
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
-from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, where_it_fails
+from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, scene_svg
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.render import words_of
-from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from cortex_dsl.report.views.search import kind_lines
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal_reader import Record
-from engine.search.probability.estimates import kept
-from engine.search.ranking import Case, worst_cases
+from engine.search.probability.estimates import read_estimates
+from engine.search.ranking import WORST, Case, worst_cases
 from engine.search.result_files import failures_content
 from engine.search.store import without_folders
 from engine.streams import format_key
 from engine.strict_json import plain
+from engine.vocabulary import State
 
 CASES = 10
 """Cases that a page replays."""
@@ -48,34 +49,24 @@ LINKS = (
 class RunPage:
     """Everything that the page shows."""
 
-    run: OpenedRun
+    run: StoredRun
     worst: tuple[Case, ...]
     replays: tuple[CaseReplay, ...]
     analysis: Analysis
-    opinions: Mapping[str, str]
-    """Answers of `cortexc verify --model dynamic` by the keys of cases, if it was run."""
 
     @property
     def record(self) -> Record:
         return self.run.record
 
 
-def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
+def run_page(run: StoredRun, cases: int = CASES, budget: int = BUDGET) -> str:
     """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
-    chosen = first_cases(run, cases)
+    chosen = run.first_cases(cases)
     replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     profile = record.manifest.profile
     analysis = analyse(scenario.program, record.evaluations, scenario.config, profile, budget, WORST, run.blame)
-    return render_page(RunPage(run, chosen, replays, analysis, opinions.kept(run)))
-
-
-def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
-    """One case of a run, run again."""
-    manifest = run.record.manifest
-    remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
-    scenes = run.scene(case)
-    return replay_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
+    return render_page(RunPage(run, chosen, replays, analysis))
 
 
 def render_page(found: RunPage) -> str:
@@ -90,7 +81,7 @@ def render_page(found: RunPage) -> str:
     data = {
         "run": plain(content(found)),
         "replays": [player_data(replay) for replay in found.replays],
-        "evaluations": plain(where_it_fails.dots(found.record)),
+        "evaluations": plain(run_sections.dots(found.record)),
     }
     return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS), record.link)
 
@@ -108,7 +99,7 @@ def content(found: RunPage) -> dict[str, Any]:
         ],
         "analysis": analysis_content(program.space, found.analysis),
         "heat_maps": [heat_map_content(each) for each in heat_maps(record.manifest.parameters, record.evaluations)],
-        "probability": kept(found.run.folder, program.digest),
+        "probability": read_estimates(found.run.folder, program.digest),
     }
 
 
@@ -172,7 +163,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield analysis_sections.kinds(found.record.manifest.actors, analysis, _pictures(found))
     yield _cases(found)
     yield _course(found)
-    yield from where_it_fails.section(found.record)
+    yield from run_sections.where_it_fails(found.record)
     yield analysis_sections.places(space, analysis)
     yield analysis_sections.avoided(analysis)
     yield analysis_sections.grids(analysis)
@@ -268,7 +259,7 @@ def _answer(found: RunPage, case: Case) -> Avoidability | None:
 
 def _opinion(found: RunPage, case: Case) -> str:
     """Return the result of `cortexc verify --model dynamic` for a case; "" without one."""
-    return found.opinions.get(format_key(case.key), "")
+    return found.run.opinions.get(format_key(case.key), "")
 
 
 def _course(found: RunPage) -> Element:
@@ -302,3 +293,46 @@ def _footer(found: RunPage) -> Element:
         f"({counted(len(found.record.evaluations), 'individual')}; "
         f"searched with version {version}). This file needs no network and contains all its data.",
     )
+
+
+ROAD = "road"
+"""Name of the road that all pictures of a page share."""
+POINTS = 40
+"""Maximum number of points of a way in a small picture."""
+
+
+def shared_road(replay: CaseReplay) -> Element:
+    """The road, drawn once for all pictures of its page."""
+    road = scene_svg.road_layer(replay.road)
+    return element("svg", element("defs", element("g", road, id=ROAD)), class_="shared", aria_hidden="true")
+
+
+def thumbnails(replays: Sequence[CaseReplay]) -> list[Element]:
+    """Return one picture per case: the ego, its nearest actor, and the ways of all actors."""
+    frames = alike([_close(replay) for replay in replays])
+    return [_thumbnail(replay, frame) for replay, frame in zip(replays, frames, strict=True)]
+
+
+def _close(replay: CaseReplay) -> Frame:
+    """Return the frame around the deciding pair at the key moment."""
+    points = [corner for actor in {0, replay.pair + 1} for corner in _corners(replay, actor)]
+    return Frame.around(np.array(points or [(0.0, 0.0)]), replay.heading, CARD)
+
+
+def _corners(replay: CaseReplay, actor: int) -> Iterator[tuple[float, float]]:
+    if actor < len(replay.shapes):
+        state, shape = replay.trajectory.states[replay.key_sample, actor], replay.shapes[actor]
+        x, y, heading = (float(value) for value in state[[State.X, State.Y, State.HEADING]])
+        if state[State.PRESENT] > 0.5 and np.isfinite(x + y + heading):
+            yield from outline_corners(x, y, heading, shape.length, shape.width)
+
+
+def _thumbnail(replay: CaseReplay, frame: Frame) -> Element:
+    ways = [way[:: max(1, -(-len(way) // POINTS))] for way in replay.ways]
+    layers: list[Node] = [
+        element("use", href=f"#{ROAD}"),
+        scene_svg.way_layer(ways),
+        scene_svg.actor_layer(replay.shapes, replay.trajectory.states[replay.key_sample]),
+        scene_svg.contact_mark(*replay.contact_point) if replay.contact_point else None,
+    ]
+    return scene_svg.scene(frame, f"{replay.program.name} at its key moment", *layers, compass=False)

@@ -1,12 +1,23 @@
-"""Sections of a run's page: plain words, how probable a collision is, how runs ended, how to repeat it."""
+"""Sections of a run's page: results in words, where it failed, probability of a collision, endings, repetition."""
 
 from collections.abc import Iterator, Sequence
 from shlex import quote
-from typing import Any
+from typing import Any, NamedTuple
 
-from cortex_dsl.api.runs import OpenedRun
+import numpy as np
+
 from cortex_dsl.report.blocks import Code, Facts, Note, Title
-from cortex_dsl.report.findings.failures import driver_failed_text, driver_text, finds_of, others_text, rate_texts
+from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
+from cortex_dsl.report.findings.case_replay import StoredRun
+from cortex_dsl.report.findings.failures import (
+    LOST,
+    Finds,
+    driver_failed_text,
+    driver_text,
+    finds_of,
+    others_text,
+    rate_texts,
+)
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
@@ -34,12 +45,14 @@ from cortex_dsl.report.findings.search_report import (
 from cortex_dsl.report.page import markup, run_charts
 from cortex_dsl.report.page.markup import Element, Node, element, figure, folded, part, prose, table
 from cortex_dsl.report.page.render import nodes
-from engine.search.evaluations import distinct_collisions
+from engine.driving.names import as_options
+from engine.search.evaluations import Evaluations, distinct_collisions
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
-from engine.search.probability.estimates import Probability, kept
+from engine.search.probability.estimates import Probability, read_estimates
 from engine.search.result_files import collisions_by_partner
 from engine.search.store import without_folders
+from engine.tables import Ints
 from engine.vocabulary import EndReason, Verdict
 
 # -- in plain words: the object and effort of the search, its results, and their limits --------------------------------
@@ -166,17 +179,19 @@ NOTE = (
 HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
 
 
-def likely(run: OpenedRun) -> Element:
+def likely(run: StoredRun) -> Element:
     """The section of a run's page.
 
     Raises:
         StoreError: the estimates cannot be read.
     """
-    found = kept(run.folder, run.scenario.program.digest)
+    found = read_estimates(run.folder, run.scenario.program.digest)
     if found:
         rows = table(HEAD, [_row(each) for each in found], "likely")
         return part("probability", "How probable is it?", None, rows, folded("How this is determined", NOTE))
-    command = element("pre", f"cortexc probability {quote(without_folders(str(run.folder)))}", class_="command")
+    driver = run.record.manifest.driver
+    words = ["cortexc probability", quote(without_folders(str(run.folder))), as_options(driver.name) if driver else ""]
+    command = element("pre", " ".join(filter(None, words)), class_="command")
     missing = element("p", "Not estimated yet. This command estimates it, and the next report shows it:", class_="note")
     return part("probability", "How probable is it?", None, missing, command, folded("How this is determined", NOTE))
 
@@ -205,13 +220,13 @@ STREAMS = (
 )
 
 
-def ends(run: OpenedRun) -> Element:
+def ends(run: StoredRun) -> Element:
     rows, whole = how_runs_ended(run)
     note = "Every distinct simulation, by how it ended."
     return part("ends", "How runs ended", note, run_charts.bars(rows, whole))
 
 
-def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
+def how_runs_ended(run: StoredRun) -> tuple[list[tuple[str, int, str]], int]:
     """Return (words, count, style) of each ending, most frequent first, and their number."""
     rows = [(*_words(end), end.count) for end in ends_of(run.scenario.program, run.record.evaluations)]
     return [(text, count, style) for text, style, count in rows], sum(count for _, _, count in rows)
@@ -227,7 +242,7 @@ def _words(end: End) -> tuple[str, str]:
     return end.text, style
 
 
-def again(run: OpenedRun) -> Element:
+def again(run: StoredRun) -> Element:
     manifest, folder = run.record.manifest, without_folders(str(run.folder))
     command = markup.command_again(manifest.command_line) if manifest.command_line else ""
     facts = [
@@ -253,3 +268,130 @@ def again(run: OpenedRun) -> Element:
     text = element("details", element("summary", "The scenario"), element("pre", manifest.file_text, class_="source"))
     note = "The same command gives the same journal, row by row."
     return part("again", "Reproduce it", note, [nodes(block) for block in blocks], text)
+
+
+DOTS = 12_000
+"""Individuals that the map of all simulations shows at most."""
+INVALID, VALID, LOSS, FIND = range(4)
+"""Kinds of dots, in the order in which they are drawn."""
+
+
+class Dot(NamedTuple):
+    """A kind of dot."""
+
+    colour: str
+    """Colour variable of the stylesheet."""
+    key: str
+    """Name in the plural."""
+    words: str
+    """Name in the singular, before the risk."""
+
+
+def _dots_of(finds: Finds) -> tuple[Dot, ...]:
+    return (
+        Dot("--invalid", "invalid", "invalid"),
+        Dot("--safe-dot", "other valid ones", ""),
+        Dot("--warn", LOST, LOST),
+        Dot("--hot", finds.many, finds.one),
+    )
+
+
+def dots(record: Record) -> dict[str, Any]:
+    """Return all distinct simulations for the map, or a subset that fits.
+
+    A subset holds finds, at most half of it, and every n-th of the remaining simulations.
+    """
+    evaluations = record.evaluations
+    rows = _shown(evaluations)
+    values = evaluations.genomes[rows]
+    return {
+        "genes": [
+            {"name": p.name, "unit": p.unit, "low": p.low, "high": p.high, "options": list(p.options)}
+            for p in record.manifest.parameters
+        ],
+        "values": [[float(f"{value:.4g}") for value in column] for column in values.T.tolist()],
+        "kinds": [dot._asdict() for dot in _dots_of(finds_of(record.manifest.objective))],
+        "kind": _kinds(evaluations)[rows].tolist(),
+        "score": evaluations.score[rows].tolist(),
+        "place": evaluations.places[rows].tolist(),
+    }
+
+
+def _kinds(evaluations: Evaluations) -> Ints:
+    """Return the kind (n,) of each individual."""
+    lost = evaluations.verdict == Verdict.CONTROLLER
+    return np.select([evaluations.found, lost, evaluations.valid], [FIND, LOSS, VALID], INVALID)
+
+
+def _shown(evaluations: Evaluations) -> np.ndarray:
+    rows = np.flatnonzero(evaluations.simulated)
+    if len(rows) <= DOTS:
+        return rows
+    hit = rows[evaluations.found[rows]][-DOTS // 2 :]
+    others = np.setdiff1d(rows, hit)
+    return np.sort(np.concatenate([hit, others[:: -(-len(others) // (DOTS - len(hit)))]]))
+
+
+def where_it_fails(record: Record) -> Iterator[Node]:
+    """The section of a run's page; none where no pair of params can be shown."""
+    parameters = record.manifest.parameters
+    maps, finds = heat_maps(parameters, record.evaluations), finds_of(record.manifest.objective)
+    if maps:
+        key = element(
+            "p",
+            element("span", element("i", class_="none"), f"none of those tried {finds.verb}"),
+            element("span", "few ", element("i", class_="ramp"), f"all {finds.verb}"),
+            element("span", element("i", class_="blank"), "never tried"),
+            class_="key",
+        )
+        note = (
+            f"Pairs of params, the most informative about which simulations {finds.verb} first (mutual information, "
+            f"with Miller's correction). The shade is the share of the {finds.among} simulations in a cell that "
+            f"{finds.verb}."
+        )
+        charts = [
+            element(
+                "figure",
+                element(
+                    "figcaption",
+                    element("b", f"{chart.across.name} × {chart.up.name}"),
+                    element("span", f"{fixed(chart.information, 2)} bit", class_="total"),
+                ),
+                run_charts.heat_chart(chart, finds.verb),
+                class_="panel",
+            )
+            for chart in maps
+        ]
+        panels = element("div", charts, class_="panels")
+        yield part("space", "Where it fails", note, key, panels, _explorer(record, maps[0], finds))
+
+
+def _explorer(record: Record, best: HeatMap, finds: Finds) -> Element:
+    names = [p.name for p in record.manifest.parameters]
+
+    def select(chosen: str, label: str) -> Element:
+        options = [element("option", name, value=k, selected=name == chosen) for k, name in enumerate(names)]
+        return element("label", f"{label} ", element("select", options))
+
+    shown, every = len(_shown(record.evaluations)), int(record.evaluations.simulated.sum())
+    title = "Every simulation" if shown == every else f"{shown:,} of {every:,} simulations"
+    idle = "Point at a dot to read it."
+    there = set(_kinds(record.evaluations).tolist()) | {FIND, VALID, INVALID}
+    keys = [dot for kind, dot in enumerate(_dots_of(finds)) if kind in there]
+    return element(
+        "div",
+        element(
+            "div",
+            element("b", title),
+            select(best.across.name, "across"),
+            select(best.up.name, "up"),
+            [
+                element("span", element("i", style=f"background:var({dot.colour})"), dot.key, class_="dot-key")
+                for dot in reversed(keys)
+            ],
+            class_="choose",
+        ),
+        element("canvas", role="img", aria_label="a dot for each simulation, by two params"),
+        element("p", idle, class_="tip", data_idle=idle),
+        class_="explorer panel",
+    )

@@ -189,11 +189,11 @@ def overview(town: Outline, place: Sequence[float]) -> Element:
 
 def _thinned(line: Floats) -> Floats:
     """Return the ends of a line, and points at least a pixel from the previous one."""
-    kept = [line[0]]
+    thinned = [line[0]]
     for point in line[1:-1]:
-        if math.hypot(*(point - kept[-1])) >= 1.0:
-            kept.append(point)
-    return np.array([*kept, line[-1]])
+        if math.hypot(*(point - thinned[-1])) >= 1.0:
+            thinned.append(point)
+    return np.array([*thinned, line[-1]])
 
 
 def _compass(frame: Frame) -> Element:

@@ -2,15 +2,13 @@
 
 import re
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import TracebackType
 
 from rich.console import Console, RenderableType
 from rich.live import Live
 from rich.text import Text
-
-from engine.compiling_apart import count_kernels
 
 COMPILING = "compiling the kernels that this command needs, once for each version …"
 COMPILED = re.compile(rf"(?:{re.escape(COMPILING)}|kernels: \d+ of \d+, \d+ s)\n")
@@ -22,11 +20,10 @@ class KernelProgress:
     """Shows how many kernels are compiled, and for how long."""
 
     console: Console
-    folder: Path
-    before: int = 0
-    """Kernels that are there already."""
-    missing: int = 0
-    """Kernels that are expected; more are counted, too."""
+    missing: int
+    """Kernels that are expected. Kernels that others call are compiled with their callers and not counted."""
+    still_missing: Callable[[], int]
+    """Count of expected kernels that are not compiled yet."""
     kernels: int = 0
     """Kernels that have been compiled."""
     started: float = field(default_factory=time.monotonic)
@@ -46,11 +43,11 @@ class KernelProgress:
         self.tell()
 
     def tell(self) -> None:
-        """Count the kernels in the cache."""
-        reported, self.kernels = self.kernels, count_kernels(self.folder) - self.before
+        """Count the expected kernels that are compiled."""
+        reported, self.kernels = self.kernels, self.missing - self.still_missing()
         if self._live is None and self.kernels != reported:
             self.console.print(self._line())
 
     def _line(self) -> RenderableType:
         seconds = time.monotonic() - self.started
-        return Text(f"kernels: {self.kernels} of {max(self.kernels, self.missing)}, {seconds:.0f} s", "quiet")
+        return Text(f"kernels: {self.kernels} of {self.missing}, {seconds:.0f} s", "quiet")

@@ -9,6 +9,7 @@ from rich.table import Column as TableColumn
 from rich.table import Table as Columns
 from rich.text import Text
 
+from cortex_dsl.plain_text import ASCII
 from cortex_dsl.report.blocks import (
     Bar,
     Bars,
@@ -50,7 +51,7 @@ SHADES = " ·░▒▓█"
 """Shades of a cell: no run, no failure, then increasing counts of failures."""
 PLAIN_SHADES = " .:+*#"
 PLAIN_LEVELS = str.maketrans(LEVELS, "_.-:=+*#")
-PLAIN_SIGNS = str.maketrans({"→": "->"})
+PLAIN_SIGNS = str.maketrans(ASCII)
 
 
 def rendered(view: Block, width: int, *, ascii_only: bool = False, depth: int = 0) -> RenderableType:
@@ -142,9 +143,9 @@ def _table(block: Table, width: int, ascii_only: bool) -> Columns:
     cells = [[text_of(cell, "", width, ascii_only=ascii_only) for cell in row] for row in block.rows]
     if block.narrow is not None and sum(_widths(block.columns, cells, wrap=False)) > width:
         return _table(block.narrow, width, ascii_only)
-    kept = _kept(block, cells, width)
-    head = [_column(block.columns[k]) for k in kept]
-    return columns(*head, rows=[[row[k] for k in kept] for row in cells], header=block.header)
+    visible = _visible_columns(block, cells, width)
+    head = [_column(block.columns[k]) for k in visible]
+    return columns(*head, rows=[[row[k] for k in visible] for row in cells], header=block.header)
 
 
 def _tables(block: Table, width: int, ascii_only: bool) -> Iterator[RenderableType]:
@@ -156,26 +157,26 @@ def _tables(block: Table, width: int, ascii_only: bool) -> Iterator[RenderableTy
         if sum(widths[at] for at in (*tables[-1], k)) - GAP > width and len(tables[-1]) > 1:
             tables.append([0])
         tables[-1].append(k)
-    for number, kept in enumerate(tables):
+    for number, visible in enumerate(tables):
         yield from [Text()] if number else []
-        rows = [[row[k] for k in kept] for row in cells]
-        yield columns(*(_column(block.columns[k]) for k in kept), rows=rows, header=block.header)
+        rows = [[row[k] for k in visible] for row in cells]
+        yield columns(*(_column(block.columns[k]) for k in visible), rows=rows, header=block.header)
 
 
 def _column(column: Column) -> TableColumn:
     return right(column.head, column.style) if column.numbers else left(column.head, column.style, wrap=column.wrap)
 
 
-def _kept(block: Table, cells: Sequence[Sequence[Text]], width: int) -> list[int]:
+def _visible_columns(block: Table, cells: Sequence[Sequence[Text]], width: int) -> list[int]:
     """Return the columns that fit, without those of the highest ranks if there are too many."""
     widths = _widths(block.columns, cells)
-    kept = [k for k, column in enumerate(block.columns) if column.least <= width]
-    while sum(widths[k] for k in kept) - GAP > width:
-        dropped = max(kept, key=lambda k: block.columns[k].rank)
+    visible = [k for k, column in enumerate(block.columns) if column.least <= width]
+    while sum(widths[k] for k in visible) - GAP > width:
+        dropped = max(visible, key=lambda k: block.columns[k].rank)
         if not block.columns[dropped].rank:
             break
-        kept.remove(dropped)
-    return kept
+        visible.remove(dropped)
+    return visible
 
 
 def _widths(columns: Sequence[Column], cells: Sequence[Sequence[Text]], *, wrap: bool = True) -> list[int]:

@@ -250,7 +250,7 @@ def _params(report: RunReport) -> Block | None:
     parts: list[tuple[str | Value, ...]] = [
         (
             f"{name} ",
-            Value(format_gene(space, gene, float(genome[gene])), "title", _number(genome[gene])),
+            Value(format_gene(space, gene, float(genome[gene])), "title", float(genome[gene])),
             Value(f" {space.units[gene]}".rstrip(), "unit"),
         )
         for gene, name in enumerate(space.names)
@@ -269,10 +269,6 @@ def _params(report: RunReport) -> Block | None:
         shown += 1
     rest = len(parts) - shown
     return Title("Params", [Note(words)], f"{rest:,} more: --metrics" if rest else "")
-
-
-def _number(value: float) -> float:
-    return float(value)
 
 
 # -- the picture -------------------------------------------------------------------------------------------------------

@@ -220,7 +220,7 @@ def worst_cases_table(
         return []
     unit = speed_unit(program)
     names = dict(zip(program.actors, short_names(program.actors, NAME), strict=True))
-    name, of_goal, sign = _objective_of(program, campaign)
+    _, of_goal, sign = _objective_of(program, campaign)
     columns = (
         Column("#", numbers=True, style="quiet"),
         Column("with"),
@@ -231,16 +231,20 @@ def worst_cases_table(
         Column("avoidable"),
         Column("braking", rank=2),
         Column("risk", numbers=True, rank=5),
-        *((Column(f"{shortened(name, NAME)}\n{of_goal}".rstrip(), numbers=True, rank=1),) if aimed else ()),
+        *((Column(f"objective\n{of_goal}".rstrip(), numbers=True, rank=1),) if aimed else ()),
     )
     rows = [_case(each, names, unit, sign if aimed else None) for each in cases]
     title = f"The {len(cases)} worst cases" if len(cases) > 1 else "The worst case"
     table = Table(columns, rows, name="cases")
-    blocks = [table] if method else [table, Note(LEGEND, "quiet")]
+    beyond = sum(each.is_beyond_model for each in cases)
+    blocks: list[Block] = [table] if method else [table, Note(LEGEND, "quiet")]
+    if beyond:
+        blocks.append(Note(f"beyond the grip of the vehicle model: {beyond} of {len(cases)}; {BEYOND}", "warn"))
     return [Title(f"{title} of {method}" if method else title, blocks, note or ORDERS[not aimed])]
 
 
 ORDERS = ("collisions first, then near misses", "by risk, avoidable ones first among equals")
+BEYOND = "`cortexc verify RUN --model dynamic` drives them with tyres"
 LEGEND = "speeds at contact, or closest; avoidable: whether the driver of UN R157 brakes in time"
 
 

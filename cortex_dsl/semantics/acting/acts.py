@@ -317,14 +317,11 @@ def _until(body: Body, node: nodes.Do, condition: Callable[[], Term]) -> ir.Bloc
 
 def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expression) -> Term:
     """Return a duration [s], slightly shorter than the given one, since sums of steps are inexact."""
-    ev = body.ev
-    value = ev.evaluate(duration)
-    if node.in_steps:
-        steps = numbers.quantity(value, duration.span, "a number of steps")
-        seconds = steps.expr * ev.file.settings.time_step
-    else:
-        domain = Domain("the duration after `for`", TIME)
-        seconds = in_range(ev, numbers.adopt(ev, value, TIME, duration.span, domain.name), domain, duration.span)
+    ev, dimension = body.ev, PURE if node.in_steps else TIME
+    domain = Domain("the number of steps after `for`" if node.in_steps else "the duration after `for`", dimension)
+    number = numbers.adopt(ev, ev.evaluate(duration), dimension, duration.span, domain.name)
+    number = in_range(ev, number, domain, duration.span)
+    seconds = number * ev.file.settings.time_step if node.in_steps else number
     return seconds - CLOCK_TOLERANCE
 
 

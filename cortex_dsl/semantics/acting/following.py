@@ -17,10 +17,14 @@ in the default T = 3.5 s, within the 1 to 16.5 s that drivers take (Toledo and Z
 Slow vehicles cannot turn that sharply, so at least four times the offset is driven meanwhile. Steering is the law of
 the engine's path follower (`engine.kernels.steering`) around that curve instead of around the centre line, with the
 curve's own curvature looked ahead to.
+
+These behaviours are Python, not text of the language: a driver that follows a path changes its target speed in each
+step, and the arguments of a behavior are evaluated once, where it starts. Three quarters of the code here also serve
+`giving_way`, `choosing_lanes` and `external`, so text of it would be a second definition.
 """
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
+from cortex_dsl.semantics.acting.job import DEFAULT_SPEED, SPEED_GAIN, Job
 from cortex_dsl.semantics.errors.runs import WALKS_IN_LANE
 from cortex_dsl.semantics.evaluation.geometry import current_pose, inside, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane
@@ -74,11 +78,14 @@ def turn(job: Job) -> ir.Block:
     return (job.until((drive,), ~inside(ev, job.actor, region_of_intersections(ev, span), span)),)
 
 
-def follow_lane(job: Job) -> ir.Block:
-    """The lane given, or the lane the actor is on when this begins, and its default continuation."""
+def follow_lane(job: Job, speed: float = DEFAULT_SPEED) -> ir.Block:
+    """Follow the lane given, or the lane the actor is on when this begins, and its default continuation.
+
+    `speed`: the target speed of a call that gives none [m/s].
+    """
     _warn_walker(job)
     acts, path = lane_route(job, "laneToFollow", against=job.flag("is_oppositeTraffic"))
-    return (*acts, job.follow(path, job.target_speed()))
+    return (*acts, job.follow(path, job.target_speed(speed)))
 
 
 def _warn_walker(job: Job) -> None:

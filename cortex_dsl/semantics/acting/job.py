@@ -118,9 +118,9 @@ class Job:
             return self.ev.algebra.literal(math.inf)
         return self.number("max_lateral", DEFAULT_LATERAL)
 
-    def target_speed(self) -> Term:
+    def target_speed(self, default: float = DEFAULT_SPEED) -> Term:
         """Return the target speed [m/s], reduced to the speed limit at the actor if the call asks for it."""
-        speed = self.number("target_speed", DEFAULT_SPEED)
+        speed = self.number("target_speed", default)
         if not self.flag("respect_speed_limit"):
             return speed
         lane = self.lane()

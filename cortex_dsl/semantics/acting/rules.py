@@ -416,10 +416,6 @@ def _joined(operator: str, parts: Sequence[ir.Formula | bool]) -> ir.Formula | b
             return _joined("eventually", [then])
         case "until", False, then:
             return then
-    return _made(operator, parts)
-
-
-def _made(operator: str, parts: Sequence[ir.Formula | bool]) -> ir.Formula:
     return ir.Formula(OPERATORS[operator], tuple(part for part in parts if isinstance(part, ir.Formula)))
 
 

@@ -21,6 +21,11 @@ speed at which it then still shrinks. Braking is PFS * 4 m/s^2, and where CFS > 
 Both models of the regulation cover one lane. Where ways cross (*ours*), an actor that the careful driver would meet
 within 4 s is a risk, as in `engine.avoidability`, and the fuzzy model treats the area of the meeting as a standing
 vehicle.
+
+The models are Python, not text of the language: as text, RSS and the fuzzy model drove the same scenes to the last bit,
+but 198 lines of text and 89 of Python replaced 147 lines, and `--check` of a file with 12 variants took 1.2 and 1.3
+times as long. The careful driver cannot be text, because it stores a number for each other actor, and a variable of a
+behavior holds one number.
 """
 
 from cortex_dsl import ir

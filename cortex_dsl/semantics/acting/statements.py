@@ -126,9 +126,10 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
 
 def _take_timestep(ev: Evaluator, given: Given) -> None:
     """Scenic's simulators step as this param says; `simulation(time_step=...)` comes first."""
-    if given.value is not POISON and ev.file.settings.given.time_step is None:
-        step = known_number(ev, given, Domain("`timestep`", TIME, *TIME_STEPS))
-        ev.file.settings.put(time_step=step)
+    settings, what = ev.file.settings, "`timestep`"
+    if given.value is not POISON and (settings.given.time_step is None or (what, given.span) in settings.stated):
+        step = known_number(ev, given, Domain(what, TIME, *TIME_STEPS), may_vary=False)
+        settings.put(given.span, what, time_step=step)
 
 
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
@@ -172,21 +173,21 @@ def _set(ev: Evaluator, argument: Given) -> None:
     if name == "scenario":
         _check_text(name, argument)
         return
-    ev.file.settings.put(**{name: _setting(ev, name, argument)})
+    ev.file.settings.put(argument.span, f"`{name}`", **{name: _setting(ev, name, argument)})
 
 
 def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
     value, span = argument.value, argument.span
     if name == "fair":
-        return known_truth(ev, value, span, "`fair`")
+        return known_truth(ev, value, span, "`fair`", may_vary=False)
     if name == "stream":
         return _stream(_check_text(name, argument), span)
     if name == "max_attempts":
-        attempts = whole_number(ev, value, span, "`max_attempts`")
+        attempts = whole_number(ev, value, span, "`max_attempts`", may_vary=False)
         in_range(ev, ev.algebra.literal(float(attempts)), Domain("`max_attempts`", PURE, 1.0, 1e9), span)
         return attempts
     low, high = TIME_STEPS if name == "time_step" else (1e-4, 1e5)
-    return known_number(ev, argument, Domain(f"`{name}`", TIME, low, high))
+    return known_number(ev, argument, Domain(f"`{name}`", TIME, low, high), may_vary=False)
 
 
 def _check_text(name: str, argument: Given) -> str:
@@ -208,10 +209,10 @@ def _stream(text: str, span: Span) -> str:
     return text
 
 
-def known_number(ev: Evaluator, argument: Given, domain: Domain) -> float:
-    """Return a constant inside its legal range."""
+def known_number(ev: Evaluator, argument: Given, domain: Domain, *, may_vary: bool) -> float:
+    """Return a constant inside its legal range; `may_vary`: variants may differ in it."""
     expr = numbers.adopt(ev, argument.value, domain.dimension, argument.span, domain.name)
-    value = ev.constant(Quantity(expr, domain.dimension), argument.span, domain.name)
+    value = ev.constant(Quantity(expr, domain.dimension), argument.span, domain.name, may_vary=may_vary)
     in_range(ev, ev.algebra.literal(value), domain, argument.span)
     return value
 
@@ -246,14 +247,21 @@ def soft_probability(ev: Evaluator, node: nodes.Expression | None) -> float:
 
 
 def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
-    amount = Given(ev.evaluate(node.amount), node.amount.span)
+    settings, limit = ev.file.settings, known_limit(ev, node, may_vary=False)
     if node.in_steps:
-        steps = whole_number(ev, amount.value, amount.span, "a number of steps")
-        in_range(ev, ev.algebra.literal(float(steps)), Domain("a number of steps", PURE, 1.0, 1e9), amount.span)
-        ev.file.settings.max_steps = steps
-        return
-    seconds = known_number(ev, amount, TIME_LIMIT)
-    ev.file.settings.put(max_time=seconds)
+        settings.check(node.amount.span, TIME_LIMIT.name, limit)
+        settings.max_steps = int(limit)
+    else:
+        settings.put(node.amount.span, TIME_LIMIT.name, max_time=limit)
+
+
+def known_limit(ev: Evaluator, node: nodes.TerminateAfter, *, may_vary: bool) -> float:
+    """Return the time [s] of `terminate after`, or its number of steps, inside its legal range."""
+    if not node.in_steps:
+        return known_number(ev, Given(ev.evaluate(node.amount), node.amount.span), TIME_LIMIT, may_vary=may_vary)
+    steps = whole_number(ev, ev.evaluate(node.amount), node.amount.span, "a number of steps", may_vary=may_vary)
+    in_range(ev, ev.algebra.literal(float(steps)), Domain("a number of steps", PURE, 1.0, 1e9), node.amount.span)
+    return steps
 
 
 def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:

@@ -14,7 +14,7 @@ from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.acts import CLOCK_TOLERANCE
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
-from cortex_dsl.semantics.acting.statements import TIME_LIMIT, known_number, required_monitor
+from cortex_dsl.semantics.acting.statements import known_limit, required_monitor
 from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import (
@@ -24,8 +24,6 @@ from cortex_dsl.semantics.errors.runs import (
     SCENARIO_CYCLE,
     STARTED_TWICE,
 )
-from cortex_dsl.semantics.evaluation import numbers
-from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.calls import as_scenario
 from cortex_dsl.semantics.evaluation.geometry import is_present
 from cortex_dsl.semantics.model.context import Evaluator, Moment
@@ -164,12 +162,8 @@ class Coroutine:
 
     def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> Term:
         algebra, scene = body.ev.algebra, place(body.ev, self.composer.instance)
-        amount = Given(scene.evaluate(node.amount), node.amount.span)
-        if node.in_steps:
-            number_of = scene.constant(numbers.quantity(amount.value, amount.span), amount.span, "a number of steps")
-            seconds = number_of * scene.file.settings.time_step
-        else:
-            seconds = known_number(scene, amount, TIME_LIMIT)
+        limit = known_limit(scene, node, may_vary=True)
+        seconds = limit * scene.file.settings.time_step if node.in_steps else limit
         start = body.ev.run.new_local()
         clock.append(ir.SetLocal(node.span, start, algebra.time()))
         passed = algebra.time() - algebra.local(start)

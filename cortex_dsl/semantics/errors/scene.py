@@ -180,10 +180,11 @@ MAP_TOO_LATE = Problem(
     "the map comes after the road was used",
     cure="move the `map` line to the top of the file",
 )
-MAP_VARIES = Problem(
+RUNS_DIFFER = Problem(
     "SCN415",
-    "the map depends on a random choice",
-    cure="use constants in `map`",
+    "{what} depends on a draw, a param or a random choice",
+    "all runs of a file have one map and the same settings",
+    "use a constant",
 )
 NO_SINGLE_INTERSECTION = Problem(
     "SCN416",

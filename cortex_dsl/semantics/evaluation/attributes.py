@@ -125,16 +125,16 @@ def _known(ev: Evaluator, place: Value, name: str) -> Lane | Point:
     return x, y
 
 
-def _asked(ev: Evaluator, name: str) -> Closure:
+def _predicate(ev: Evaluator, name: str) -> Closure:
     return Closure(("point",), lambda place: _KINDS[name](network_of(ev), _known(ev, place, name)))
 
 
 AT_POINTS: Mapping[str, Callable[[Evaluator, Network], Value]] = {
     "laneAt": lambda ev, _: Closure(("point",), lambda point: lane_under(ev, point)),
     "laneSectionAt": lambda ev, _: Closure(("point",), lambda point: as_section(lane_under(ev, point))),
-    "roadAt": lambda ev, _: _asked(ev, "roadAt"),
-    "laneGroupAt": lambda ev, _: _asked(ev, "laneGroupAt"),
-    "intersectionAt": lambda ev, _: _asked(ev, "intersectionAt"),
+    "roadAt": lambda ev, _: _predicate(ev, "roadAt"),
+    "laneGroupAt": lambda ev, _: _predicate(ev, "laneGroupAt"),
+    "intersectionAt": lambda ev, _: _predicate(ev, "intersectionAt"),
 }
 
 

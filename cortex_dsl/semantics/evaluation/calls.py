@@ -25,7 +25,7 @@ from cortex_dsl.semantics.evaluation.arguments import (
     no_names,
     number_for,
 )
-from cortex_dsl.semantics.evaluation.bounds_given import Site
+from cortex_dsl.semantics.evaluation.random_values import Site
 from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (

@@ -175,22 +175,22 @@ def _closure(ev: Evaluator, argument: Given) -> Closure:
     )
 
 
-def known_truth(ev: Evaluator, value: Value, span: Span, purpose: str) -> bool:
-    """A condition that must be known at compile time."""
-    return bool(ev.constant(Quantity(numbers.truth(ev, value, span), PURE), span, purpose))
+def known_truth(ev: Evaluator, value: Value, span: Span, purpose: str, *, may_vary: bool = True) -> bool:
+    """Return a condition that must be known at compile time; `may_vary`: variants may differ in it."""
+    return bool(ev.constant(Quantity(numbers.truth(ev, value, span), PURE), span, purpose, may_vary=may_vary))
 
 
 def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value:
     closure, among = _closure(ev, predicate), items_of(items.value, items.span)
     if closure.body is None or not _is_of_the_road(ev, closure, closure.body, among):
-        return _kept(ev, closure, among, predicate.span)
+        return _filtered(ev, closure, among, predicate.span)
     key = closure.body.span, tuple(among)
     if key not in ev.file.roads.filtered:
-        ev.file.roads.filtered[key] = _kept(ev, closure, among, predicate.span)
+        ev.file.roads.filtered[key] = _filtered(ev, closure, among, predicate.span)
     return ev.file.roads.filtered[key]
 
 
-def _kept(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -> tuple[Value, ...]:
+def _filtered(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -> tuple[Value, ...]:
     purpose = "the condition of `filter`"
     return Filtered(item for item in among if known_truth(ev, closure.apply(item), span, purpose)).of(tuple(among))
 
@@ -266,14 +266,14 @@ def _range(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
     return tuple(_count(ev, n) for n in within)
 
 
-def whole_number(ev: Evaluator, value: Value, span: Span, what: str) -> int:
-    """A whole number that must be known at compile time."""
+def whole_number(ev: Evaluator, value: Value, span: Span, what: str, *, may_vary: bool = True) -> int:
+    """Return a whole number that must be known at compile time; `may_vary`: variants may differ in it."""
     given = numbers.quantity(value, span, what)
     if given.dimension not in (None, PURE):
         raise DIMENSION_MISMATCH.mistake(
             span, what=what, expected="a pure number", actual=dimension_name(given.dimension), cure=""
         )
-    number = ev.constant(given, span, what)
+    number = ev.constant(given, span, what, may_vary=may_vary)
     if not math.isfinite(number) or number != math.floor(number):
         raise NOT_WHOLE.mistake(span, what=what, actual=f"{number:g}")
     return int(number)

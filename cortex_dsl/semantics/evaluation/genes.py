@@ -15,12 +15,10 @@ from cortex_dsl.semantics.errors.values import (
     UNKNOWN_UNIT,
     WRONG_KIND,
 )
-from cortex_dsl.semantics.evaluation import bounds_given, numbers, random_values
-from cortex_dsl.semantics.evaluation import random_values as finite
+from cortex_dsl.semantics.evaluation import numbers, random_values
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
-from cortex_dsl.semantics.evaluation.bounds_given import Site
 from cortex_dsl.semantics.evaluation.functions import whole_number
-from cortex_dsl.semantics.evaluation.random_values import Option
+from cortex_dsl.semantics.evaluation.random_values import Option, Site
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value
@@ -84,14 +82,14 @@ class _Request:
     site: Site
 
     def continuous_gene(self) -> Value:
-        arguments = bounds_given.bound_arguments(self.distribution, self.given, self.site.span)
-        arguments = bounds_given.in_order(self.ev, self.distribution, arguments, self.site.span)
+        arguments = random_values.bound_arguments(self.distribution, self.given, self.site.span)
+        arguments = random_values.in_order(self.ev, self.distribution, arguments, self.site.span)
         unit, values = self._written(arguments)
         low, high = values[-2:]
-        bounds_given.check_order(self.distribution, low, high, self.site.span)
+        random_values.check_order(self.distribution, low, high, self.site.span)
         truncated = self.distribution == "TruncatedNormal"
         if truncated:
-            bounds_given.check_deviation(values[1], arguments[1].span)
+            random_values.check_deviation(values[1], arguments[1].span)
         gene = self._info(
             GeneKind.CONTINUOUS, unit, low, high, Distribution.TRUNCATED_NORMAL if truncated else Distribution.UNIFORM
         )
@@ -100,9 +98,9 @@ class _Request:
         return self._value(gene, unit)
 
     def integer_gene(self) -> Value:
-        arguments = bounds_given.bound_arguments(self.distribution, self.given, self.site.span)
+        arguments = random_values.bound_arguments(self.distribution, self.given, self.site.span)
         low, high = (whole_number(self.ev, g.value, g.span, "a bound of a `DiscreteRange`") for g in arguments)
-        bounds_given.check_order(self.distribution, low, high, self.site.span)
+        random_values.check_order(self.distribution, low, high, self.site.span)
         unit = "" if self.site.unit is None else self.site.unit.word
         gene = self._info(GeneKind.INTEGER, unit, float(low), float(high), Distribution.UNIFORM)
         if self.site.span not in self.ev.file.choice_plan.expanded:
@@ -113,28 +111,28 @@ class _Request:
             Option(Quantity(self.ev.algebra.literal(n * gene.scale), dimension), 1.0, f"{n} {unit}".rstrip())
             for n in range(low, high + 1)
         ]
-        return finite.choose(self.ev, options, self.site, self._register(gene))
+        return random_values.choose(self.ev, options, self.site, self._register(gene))
 
     def index_gene(self) -> Value:
-        find = finite.weighted_options if self.distribution == "Discrete" else finite.uniform_options
+        find = random_values.weighted_options if self.distribution == "Discrete" else random_values.uniform_options
         options = find(self.ev, self.distribution, self.given, self.site)
-        if not finite.all_constant(options):
+        if not random_values.all_constant(options):
             raise GENE_BOUNDS.mistake(self.site.span, name=self.param)
         if len(options) < 2:
-            return finite.pick(self.ev, options, self.site)
+            return random_values.pick(self.ev, options, self.site)
         weighted = len({option.weight for option in options}) > 1
         gene = replace(
             self._info(
                 GeneKind.INDEX, "", 0.0, len(options) - 1.0, Distribution.DISCRETE if weighted else Distribution.UNIFORM
             ),
             options=tuple(option.source for option in options),
-            weights=finite.probabilities(options) if weighted else (),
+            weights=random_values.probabilities(options) if weighted else (),
         )
         index = self._register(gene)
         numeric = all(isinstance(option.value, Quantity) for option in options)
         if not numeric or self.site.span in self.ev.file.choice_plan.expanded:
-            return finite.choose(self.ev, options, self.site, index)
-        values, dimension = finite.option_numbers(options, self.site.span)
+            return random_values.choose(self.ev, options, self.site, index)
+        values, dimension = random_values.option_numbers(options, self.site.span)
         known = [value.expr.value for value in values if isinstance(value.expr, ir.Literal)]
         offset = self.ev.file.pool.offset(known)
         return Quantity(table(self.ev.algebra.gene(index), offset), dimension)
@@ -167,7 +165,7 @@ class _Request:
 
     def _written(self, arguments: Sequence[Given]) -> tuple[str, list[float]]:
         """The unit of the file for this gene, and the numbers in it."""
-        exprs = [bounds_given.scaled(argument, self.site.unit) for argument in arguments]
+        exprs = [random_values.scaled(argument, self.site.unit) for argument in arguments]
         dimension = None
         for number in exprs:
             dimension = numbers.common(dimension, number.dimension, self.site.span, "bounds of one distribution")
@@ -227,9 +225,11 @@ def _warn_if_outside(ev: Evaluator, entry: nodes.ParamEntry, value: Quantity) ->
     call = random_values.distribution_call(ev, entry.value)
     if call is None or not isinstance(call.function, nodes.Name) or call.function.id not in BOUNDED:
         return
-    arguments = bounds_given.bound_arguments(call.function.id, evaluate_arguments(ev, call.arguments), entry.value.span)
+    arguments = random_values.bound_arguments(
+        call.function.id, evaluate_arguments(ev, call.arguments), entry.value.span
+    )
     low, high = (
-        closed_value(bounds_given.scaled(argument, unit_behind(entry.value)).expr) for argument in arguments[-2:]
+        closed_value(random_values.scaled(argument, unit_behind(entry.value)).expr) for argument in arguments[-2:]
     )
     known = closed_value(value.expr)
     if low is None or high is None or known is None:
@@ -259,9 +259,9 @@ def _option_names(ev: Evaluator, entry: nodes.ParamEntry) -> dict[str, Value] | 
         return None
     site = Site(entry.value.span, unit_behind(entry.value))
     find = {
-        "Uniform": finite.uniform_options,
-        "VerifaiOptions": finite.uniform_options,
-        "Discrete": finite.weighted_options,
+        "Uniform": random_values.uniform_options,
+        "VerifaiOptions": random_values.uniform_options,
+        "Discrete": random_values.weighted_options,
     }.get(call.function.id)
     if find is None:
         return None

@@ -191,12 +191,12 @@ def _name(kind: str, argument: Given, known: Container[str]) -> str:
 def _value(ev: Evaluator, argument: Given, name: str) -> float | bool:
     what = f"`{name}` of the map"
     if name in WHOLE:
-        return whole_number(ev, argument.value, argument.span, what)
+        return whole_number(ev, argument.value, argument.span, what, may_vary=False)
     if name in TRUTHS:
-        return known_truth(ev, argument.value, argument.span, what)
+        return known_truth(ev, argument.value, argument.span, what, may_vary=False)
     dimension = DIMENSIONS.get(name, LENGTH)
     expr = adopt(ev, argument.value, dimension, argument.span, what)
-    value = ev.constant(Quantity(expr, dimension), argument.span, what)
+    value = ev.constant(Quantity(expr, dimension), argument.span, what, may_vary=False)
     if not math.isfinite(value):
         raise NOT_FINITE.mistake(argument.span, reason=f"{what} is {value}")
     return value

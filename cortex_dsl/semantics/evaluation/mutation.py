@@ -100,11 +100,7 @@ def mutate(ev: Evaluator, node: nodes.Mutate) -> None:
     for name in node.targets:
         value = ev.lookup(name, node.span)
         if not isinstance(value, Actor | Pose):
-            cure = did_you_mean(name, _objects(ev))
+            cure = did_you_mean(name, [name for name, value in ev.scope.items() if isinstance(value, Actor | Pose)])
             raise CANNOT_MUTATE.mistake(node.span, name=name, actual=kind_name(value), cure=cure)
         if (ev.scope_name, name) not in ev.run.built.mutated:
             raise MUTATED_ALIAS.mistake(node.span, name=name)
-
-
-def _objects(ev: Evaluator) -> list[str]:
-    return [name for name, value in ev.scope.items() if isinstance(value, Actor | Pose)]

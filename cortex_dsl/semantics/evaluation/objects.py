@@ -18,12 +18,13 @@ from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class
 from cortex_dsl.semantics.evaluation.mutation import mutated, record
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_origin, within
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.evaluation.roads import ROAD
 from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector, View
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.properties import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES
+from cortex_dsl.semantics.names.properties import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES, PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -136,7 +137,10 @@ def _own_view(ev: Evaluator, node: nodes.New, given: Sequence[nodes.With]) -> Vi
         return None
     making = ObjectBuilder(ev, ActorKind.OBSTACLE, None, None, given)
     making.check_doubles()
-    values = {with_.property: making.number(with_.property) for with_ in given}
+    values = {
+        each.property: in_range(ev, making.number(each.property), PROPERTIES[each.property], each.value.span)
+        for each in given
+    }
     usual = geometry.view_of(ev, at_origin(ev).point)
     return View(values.get("visibleDistance", usual.reach), values.get("viewAngle", usual.opening))
 

@@ -20,8 +20,8 @@ from cortex_dsl.semantics.errors.values import (
 )
 from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, over_run, random_values, signals
 from cortex_dsl.semantics.evaluation.arguments import Given
-from cortex_dsl.semantics.evaluation.bounds_given import Site, scaled
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
+from cortex_dsl.semantics.evaluation.random_values import Site, scaled
 from cortex_dsl.semantics.evaluation.roads import named_constant
 from cortex_dsl.semantics.evaluation.texts import joined_text
 from cortex_dsl.semantics.model.context import Evaluator

@@ -84,8 +84,8 @@ def in_area(ev: Evaluator, area: Area, span: Span) -> Placement:
     if area.draw is None:
         raise BAD_REGION.mistake(span, what=area.name, reason="no place can be drawn in it")
     spot = area.draw(ev.run.new_draw)
-    if spot.kept is not None:
-        require_place(ev, spot.kept, span)
+    if spot.accepted is not None:
+        require_place(ev, spot.accepted, span)
     return Placement(spot.point, spot.heading, drawn=True)
 
 

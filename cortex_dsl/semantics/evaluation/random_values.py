@@ -11,21 +11,29 @@ from dataclasses import replace
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.values import (
+    BAD_DEVIATION,
     BAD_WEIGHTS,
+    EMPTY_RANGE,
     FIXED_EXHAUSTED,
     LIST_AS_OPTION,
     MIXED_OPTIONS,
+    NOT_FINITE,
     NOTHING_TO_RESAMPLE,
     RANDOM_WHILE_RUNNING,
+    REVERSED_RANGE,
+    TURNED_RANGE,
+    TWO_UNITS,
 )
-from cortex_dsl.semantics.evaluation import bounds_given, numbers
-from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments, no_names
-from cortex_dsl.semantics.evaluation.bounds_given import Site, alike, bound_arguments, scaled
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
+from cortex_dsl.semantics.evaluation.ranges import at_most, in_range, require
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import LaneNow, Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import kind_name, option_name, source_text
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     floor,
@@ -36,11 +44,105 @@ from cortex_dsl.semantics.quantities.algebra import (
     table,
     where,
 )
-from cortex_dsl.semantics.quantities.units import dimension_name, si_word
+from cortex_dsl.semantics.quantities.bounds import closed_value, is_dynamic
+from cortex_dsl.semantics.quantities.units import PURE, Unit, dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.road.network import Lane
+
+# -- arguments as written: their unit, the order of bounds, the permitted deviations
+
+
+@frozen
+class Site:
+    """A distribution in the source: its place (with the unit behind it) and that unit."""
+
+    span: Span
+    unit: Unit | None = None
+
+
+def bound_arguments(name: str, given: Sequence[Given], span: Span) -> list[Given]:
+    row = BUILTINS[name]
+    bound = bind_builtin(row, given, span)
+    return [bound[parameter.name] for parameter in row.parameters]
+
+
+def scaled(argument: Given, unit: Unit | None) -> Quantity:
+    """A number of a distribution, with the unit behind the call applied."""
+    number = numbers.quantity(argument.value, argument.span, "a bound of a distribution")
+    if unit is None:
+        return number
+    if number.dimension is not None:
+        raise TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
+    return Quantity(number.expr * unit.factor, unit.dimension)
+
+
+def alike(arguments: Sequence[Given], site: Site) -> tuple[list[Term], ir.Dimension | None]:
+    """Numbers of one dimension."""
+    scaled_numbers = [scaled(argument, site.unit) for argument in arguments]
+    dimension = None
+    for number in scaled_numbers:
+        dimension = numbers.common(dimension, number.dimension, site.span, "bounds of one distribution")
+    return [number.expr for number in scaled_numbers], dimension
+
+
+def check_order(name: str, low: float | None, high: float | None, span: Span) -> None:
+    """Known bounds must hold more than one value."""
+    if low is None or high is None:
+        return
+    if low > high:
+        raise REVERSED_RANGE.mistake(span, name=name, low=f"{low:g}", high=f"{high:g}")
+    if low == high:
+        raise EMPTY_RANGE.mistake(span, low=f"{low:g}")
+    if not math.isfinite(high - low):
+        raise NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
+
+
+def in_order(ev: Evaluator, name: str, bounds: list[Given], span: Span) -> list[Given]:
+    """Bounds of a `Range`; a reversed one means the same in Scenic's files, which is said."""
+    low, high = (plain(bound) for bound in bounds[-2:])
+    if ev.facts.from_scenic and low is not None and high is not None and low > high and name.endswith("Range"):
+        ev.report(TURNED_RANGE.at(span, low=f"{high:g}", high=f"{low:g}"))
+        return bounds[::-1]
+    return bounds
+
+
+def require_order(ev: Evaluator, name: str, low: Term, high: Term, span: Span) -> None:
+    """Require of the scene that drawn bounds are in order, unless they certainly are.
+
+    Raises:
+        Mistake: they never are.
+    """
+    least, greatest = ev.interval(high - low)
+    if greatest < 0.0:
+        ends = ev.interval(low)[0], ev.interval(high)[1]
+        raise REVERSED_RANGE.mistake(span, name=name, low=f"{ends[0]:g}", high=f"{ends[1]:g}")
+    if least < 0.0 and not (is_dynamic(low) or is_dynamic(high)):
+        require(ev, at_most(low, high), f"bounds of `{name}` in order", span)
+
+
+def check_deviation(value: float | None, span: Span) -> None:
+    if value is not None and not value > 0.0:
+        raise BAD_DEVIATION.mistake(span, actual=f"{value:g}")
+
+
+def deviation_of(ev: Evaluator, argument: Given, value: Term, dimension: ir.Dimension | None) -> Term:
+    """Return a standard deviation, which is above 0 in every scene.
+
+    Raises:
+        Mistake: it is not, or may be 0 or less.
+    """
+    check_deviation(plain(argument), argument.span)
+    return in_range(ev, value, Domain("the standard deviation", dimension or PURE, above=True), argument.span)
+
+
+def plain(argument: Given) -> float | None:
+    """A known number as it was written, for messages about it."""
+    return closed_value(argument.value.expr) if isinstance(argument.value, Quantity) else None
+
+
+# -- values
 
 
 def uniform(ev: Evaluator) -> Term:
@@ -252,9 +354,11 @@ def distribution_call(ev: Evaluator, node: nodes.Expression) -> nodes.Call | Non
 
 
 def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
-    arguments = bounds_given.in_order(ev, name, bound_arguments(name, given, site.span), site.span)
+    arguments = in_order(ev, name, bound_arguments(name, given, site.span), site.span)
     (low, high), dimension = alike(arguments, site)
-    bounds_given.check_order(name, bounds_given.plain(arguments[0]), bounds_given.plain(arguments[1]), site.span)
+    check_order(name, plain(arguments[0]), plain(arguments[1]), site.span)
+    if not ev.facts.from_scenic:
+        require_order(ev, name, low, high, site.span)
     width = high - low
     return recorded(ev, site, low + uniform(ev) * width, dimension)
 
@@ -262,7 +366,7 @@ def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Valu
 def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation), dimension = alike(arguments, site)
-    bounds_given.check_deviation(bounds_given.plain(arguments[1]), arguments[1].span)
+    deviation = deviation_of(ev, arguments[1], deviation, dimension)
     positive = maximum(uniform(ev), SMALLEST_UNIFORM)
     quantile = normal_quantile(positive)
     return recorded(ev, site, mean + deviation * quantile, dimension)
@@ -271,8 +375,9 @@ def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Val
 def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation, low, high), dimension = alike(arguments, site)
-    bounds_given.check_deviation(bounds_given.plain(arguments[1]), arguments[1].span)
-    bounds_given.check_order(name, bounds_given.plain(arguments[2]), bounds_given.plain(arguments[3]), site.span)
+    deviation = deviation_of(ev, arguments[1], deviation, dimension)
+    check_order(name, plain(arguments[2]), plain(arguments[3]), site.span)
+    require_order(ev, name, low, high, site.span)
 
     def cumulative(bound: Term) -> Term:
         return normal_cdf((bound - mean) / deviation)
@@ -289,7 +394,7 @@ def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Si
 def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     low_given, high_given = bound_arguments(name, given, site.span)
     low, high = (whole_number(ev, g.value, g.span, "a bound of a `DiscreteRange`") for g in (low_given, high_given))
-    bounds_given.check_order(name, low, high, site.span)
+    check_order(name, low, high, site.span)
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
     if site.span in ev.file.choice_plan.expanded:

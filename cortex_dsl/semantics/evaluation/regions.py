@@ -198,11 +198,11 @@ def _held(area: Area, edges: Sequence[tuple[Known, Known]], outline: Sequence[Ve
     result = area.contains(outline[0])
     for one, other in zip(outline, (*outline[1:], outline[0]), strict=True):
         for a, b in edges:
-            result = result & ~_meet(one, other, a, b)
+            result = result & ~_cross(one, other, a, b)
     return result
 
 
-def _meet(one: Vector, other: Vector, a: Known, b: Known) -> Term:
+def _cross(one: Vector, other: Vector, a: Known, b: Known) -> Term:
     """Return whether two segments cross."""
 
     def side(point: Vector) -> Term:
@@ -360,12 +360,12 @@ def _union(one: Area, other: Area) -> Area:
         of_first = uniform() * weight < first_weight
         left, right = first(uniform), second(uniform)
         point = Vector(where(of_first, left.point.x, right.point.x), where(of_first, left.point.y, right.point.y))
-        kept = (uniform() < 0.5) | ~(one.contains(point) & other.contains(point))
-        if left.kept is not None or right.kept is not None:
-            always = kept.algebra.truth(True)
-            of_each = (always if each.kept is None else each.kept for each in (left, right))
-            kept = kept & where(of_first, *of_each)
-        return DrawnPlace(point, None, kept)
+        accepted = (uniform() < 0.5) | ~(one.contains(point) & other.contains(point))
+        if left.accepted is not None or right.accepted is not None:
+            always = accepted.algebra.truth(True)
+            of_each = (always if each.accepted is None else each.accepted for each in (left, right))
+            accepted = accepted & where(of_first, *of_each)
+        return DrawnPlace(point, None, accepted)
 
     return replace(joined, draw=draw, weight=weight)
 
@@ -389,7 +389,7 @@ def _within(one: Area, other: Area, *, inside: bool) -> Area:
         assert one.draw is not None
         spot = one.draw(uniform)
         there = other.contains(spot.point) if inside else ~other.contains(spot.point)
-        return replace(spot, kept=there if spot.kept is None else spot.kept & there)
+        return replace(spot, accepted=there if spot.accepted is None else spot.accepted & there)
 
     first, second = one.holds, other.holds
     both = None if first is None or second is None else lambda outline: first(outline) & second(outline)

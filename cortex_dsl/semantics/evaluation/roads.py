@@ -13,9 +13,9 @@ from cortex_dsl.semantics.errors.scene import (
     MAP_REMARK,
     MAP_SIGNS,
     MAP_UNREAD,
-    MAP_VARIES,
     MAP_WITHOUT_INTERSECTION,
     NO_SINGLE_INTERSECTION,
+    RUNS_DIFFER,
 )
 from cortex_dsl.semantics.model.areas import all_or_nothing
 from cortex_dsl.semantics.model.context import Evaluator
@@ -35,8 +35,7 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.road.build import build_network
-from engine.road.lights import lights_for_nobody
-from engine.road.network import Lane, Network
+from engine.road.network import Lane, Network, lights_for_nobody
 from engine.road.sections import (
     all_intersections,
     faster,
@@ -56,7 +55,7 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
     """
     networks = ev.file.roads.networks
     if networks and spec not in networks:
-        raise MAP_VARIES.mistake(span)
+        raise RUNS_DIFFER.mistake(span, what="the map")
     if spec not in networks:
         networks[spec] = build_network(spec)
         if isinstance(spec, MapFile):
@@ -188,8 +187,8 @@ def default_road(module: nodes.Module) -> RoadSpec:
     It is a T-junction if only those are needed; it has two lanes a direction if neighbours are; its arms are long
     enough for the distances of the file.
     """
-    asked = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
-    ways = 3 if "is3Way" in asked and "is4Way" not in asked else 4
+    attribute_names = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
+    ways = 3 if "is3Way" in attribute_names and "is4Way" not in attribute_names else 4
     plain = RoadSpec()
     reachable = [distance for distance, _ in _distances_kept(module) if distance + SPARE <= LONGEST_ARM]
     farthest = max(reachable, default=0.0)

@@ -31,7 +31,7 @@ class DrawnPlace:
 
     point: Vector
     heading: Term | None = None
-    kept: Term | None = None
+    accepted: Term | None = None
     """Whether the place counts; None: always. A scene with a place that does not count is rejected."""
 
 

@@ -13,6 +13,7 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.errors.scene import RUNS_DIFFER
 from cortex_dsl.semantics.errors.values import NOT_CONSTANT
 from cortex_dsl.semantics.model.state import FileContext, FileFacts, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
@@ -215,8 +216,10 @@ class Evaluator:
 
     # -- concrete values ---------------------------------------------------------------------------------------------
 
-    def constant(self, quantity: Quantity, span: Span, purpose: str) -> float:
+    def constant(self, quantity: Quantity, span: Span, purpose: str, *, may_vary: bool = True) -> float:
         """The number itself, where it must be known; asks for the enumeration of finite choices behind it.
+
+        `may_vary`: variants may differ in it.
 
         Raises:
             NeedsExpansion: when it depends on finite choices only.
@@ -225,6 +228,8 @@ class Evaluator:
         value = closed_value(quantity.expr, self._operations())
         if value is not None:
             return value
+        if not may_vary:
+            raise RUNS_DIFFER.mistake(span, what=purpose)
         sites = self._finite_sites(quantity.expr)
         if not sites:
             raise NOT_CONSTANT.mistake(span, purpose=purpose, what=dimension_name(quantity.dimension))
@@ -269,11 +274,11 @@ class Evaluator:
                 return pool.bounds(part.immediates[0])
             return part_interval(part, within, genes)
 
-        return folded(expression, bounds)
+        return folded(expression, bounds, self.algebra.intervals)
 
     def may_be_undefined(self, expression: ir.Expr) -> bool:
         """Return whether a part of an expression may have no value, such as a root."""
-        return may_be_undefined(expression, self.interval)
+        return may_be_undefined(expression, self.interval, self.algebra.undefined)
 
     def truth_of(self, condition: ir.Expr) -> Interval:
         """Return the interval of the truth of a condition, (0, 1) if it may have no value."""
@@ -321,6 +326,6 @@ class ValueRecorder:
     def __call__(self, evaluator: Evaluator, node: nodes.Expression, value: Value) -> None:
         if self.superseded():
             raise Cancelled
-        kept = self.seen.setdefault(node.span, [])
-        if len(kept) < MOST_VALUES:
-            kept.append(ObservedValue(evaluator, value))
+        seen_values = self.seen.setdefault(node.span, [])
+        if len(seen_values) < MOST_VALUES:
+            seen_values.append(ObservedValue(evaluator, value))

@@ -46,7 +46,7 @@ class Marks:
     """Marks of the last variant that the next variant may return to, in the order of the file."""
 
     run: VariantState | None = None
-    kept: list[Mark] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
     idle: set[int] = field(default_factory=set)
     """Statements without choices; a mark before them saves nothing."""
 
@@ -54,25 +54,25 @@ class Marks:
         """Mark the state before a statement, where the next variant may go on."""
         self.run = run
         decisions = len(run.decisions.oracle.decisions)
-        if self.kept and self.kept[-1].decisions == decisions:
-            if self.kept[-1].statement == statement:
+        if self.marks and self.marks[-1].decisions == decisions:
+            if self.marks[-1].statement == statement:
                 return
-            self.idle.add(self.kept.pop().statement)
+            self.idle.add(self.marks.pop().statement)
         if statement in self.idle or run.built.actors or run.outlived:
             return
         imported = {name: dict(names) for name, names in run.imported.items()}
         whole, made, decided = map(_contents, (run, run.built, run.decisions))
-        self.kept.append(Mark(statement, decisions, whole, made, decided, imported, len(run.algebra.known)))
+        self.marks.append(Mark(statement, decisions, whole, made, decided, imported, len(run.algebra.known)))
 
     def back(self, oracle: Oracle) -> tuple[VariantState, int] | None:
         """Return the state for the next variant and the statement to continue at; None: start again."""
         same = len(oracle.script) - 1
-        while self.kept and self.kept[-1].decisions > same:
-            self.kept.pop()
-        if self.run is None or self.run.outlived or not self.kept:
+        while self.marks and self.marks[-1].decisions > same:
+            self.marks.pop()
+        if self.run is None or self.run.outlived or not self.marks:
             self.close()
             return None
-        run, mark = self.run, self.kept[-1]
+        run, mark = self.run, self.marks[-1]
         oracle.repeat(run.decisions.oracle, mark.decisions)
         for part, contents in ((run, mark.run), (run.built, mark.made), (run.decisions, mark.decided)):
             part.__dict__.update({name: _COPY[type(v)](v) if type(v) in _COPY else v for name, v in contents.items()})
@@ -86,7 +86,7 @@ class Marks:
 
     def close(self) -> None:
         """Discard the marks: no variant continues from the last one."""
-        self.kept.clear()
+        self.marks.clear()
         if self.run is not None:
             self.run.close()
         self.run = None

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
 from cortex_dsl.semantics.errors.runs import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
+from cortex_dsl.semantics.errors.scene import RUNS_DIFFER
 from cortex_dsl.semantics.errors.values import ENDLESS_LAMBDA, TOO_MUCH_WORK
 from cortex_dsl.semantics.model.choices import Decisions, Pool
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
@@ -300,9 +301,27 @@ class RunSettings:
     max_steps: int | None = None
     """Number of steps in `terminate after N steps`."""
 
-    def put(self, **values: float | int | str) -> None:
-        """Replace settings by name."""
+    stated: dict[tuple[str, Span], float | int | str] = field(default_factory=dict)
+    """Settings by their words for messages and their places in the file."""
+
+    def put(self, span: Span, what: str, **values: float | int | str) -> None:
+        """Replace settings by name.
+
+        Raises:
+            Mistake: another variant gives another value at this place.
+        """
+        for value in values.values():
+            self.check(span, what, value)
         self.given = replace(self.given, **values)
+
+    def check(self, span: Span, what: str, value: float | int | str) -> None:
+        """Check that no other variant gives another value at a place.
+
+        Raises:
+            Mistake: one does.
+        """
+        if self.stated.setdefault((what, span), value) != value:
+            raise RUNS_DIFFER.mistake(span, what=what)
 
     @property
     def time_step(self) -> float:
@@ -481,7 +500,7 @@ class VariantState:
         Terms refer to their algebra, functions to the names in their scope. Reference counts then free everything
         without Python's collector.
         """
-        self.algebra.known.clear()
+        self.algebra.close()
         for names in (self.names, *self.imported.values()):
             names.clear()
 

@@ -244,7 +244,7 @@ _ROWS = (
                Parameter("least_braking", ACCELERATION, "4 m/s^2", 0.1)),
     _behaviour("CarefulDriverBehavior", "Run another behavior; brake as the careful human driver of UN R157.",
                _INNER, Parameter("perception", TIME, "0.4 s", low=0.0), Parameter("delay", TIME, "0.75 s", low=0.0),
-               Parameter("reference_deceleration", ACCELERATION, "0.774 g", 0.1)),
+               Parameter("reference_deceleration", ACCELERATION, "0.774 * 9.81 m/s^2", 0.1)),
     _behaviour("FuzzySafetyBehavior", "Run another behavior; brake by the fuzzy safety model of UN R157.",
                _INNER, Parameter("delay", TIME, "0.75 s", low=0.0),
                Parameter("comfortable_deceleration", ACCELERATION, "4 m/s^2", low=0.01),

@@ -149,6 +149,17 @@ class Algebra:
 
     span: Span = NOWHERE
     known: dict[tuple[object, ...], Any] = field(default_factory=dict)
+    closed: dict[ir.Expr, float | None] = field(default_factory=dict)
+    """Values of terms without unknowns, None of others, as far as `bounds.closed_value` has computed them."""
+    intervals: dict[ir.Expr, tuple[float, float]] = field(default_factory=dict)
+    """Intervals of terms, as far as `Evaluator.interval` has computed them."""
+    undefined: dict[ir.Expr, bool] = field(default_factory=dict)
+    """Whether a term may have no value, as far as `Evaluator.may_be_undefined` has tested it."""
+
+    def close(self) -> None:
+        """Forget all terms, which refer to their algebra."""
+        for terms in (self.known, self.closed, self.intervals, self.undefined):
+            terms.clear()
 
     def literal(self, value: float) -> Constant:
         return self._interned(("literal", value.hex()), Constant, value)

@@ -8,7 +8,7 @@ view) has no margin, and neither has what joins conditions of different dimensio
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -39,13 +39,16 @@ def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
     return ()
 
 
-def parts(expression: ir.Expr) -> list[ir.Expr]:
-    """Return all distinct parts of an expression, operands before their users, the expression itself last."""
+def parts(expression: ir.Expr, apart: Container[ir.Expr] = ()) -> list[ir.Expr]:
+    """Return all distinct parts of an expression, operands before their users, the expression itself last.
+
+    Parts in `apart` are left out, with the parts that only they have.
+    """
     ordered: dict[ir.Expr, None] = {}
     stack = [(expression, False)]
     while stack:
         part, complete = stack.pop()
-        if part in ordered:
+        if part in ordered or part in apart:
             continue
         if complete:
             ordered[part] = None
@@ -73,10 +76,17 @@ def changes(part: ir.Expr) -> bool:
 Result = TypeVar("Result")
 
 
-def folded(expression: ir.Expr, value_of: Callable[[ir.Expr, list[Result]], Result]) -> Result:
-    """Fold an expression bottom-up: `value_of` maps a part and its operands' results to a result; shared parts once."""
-    known: dict[ir.Expr, Result] = {}
-    for part in parts(expression):
+def folded(
+    expression: ir.Expr,
+    value_of: Callable[[ir.Expr, list[Result]], Result],
+    known: dict[ir.Expr, Result] | None = None,
+) -> Result:
+    """Fold an expression bottom-up: `value_of` maps a part and its operands' results to a result; shared parts once.
+
+    `known` holds the results of parts that were folded before, and gets the new ones.
+    """
+    known = {} if known is None else known
+    for part in parts(expression, known):
         known[part] = value_of(part, [known[operand] for operand in operands(part)])
     return known[expression]
 
@@ -115,7 +125,11 @@ def closed_value(
                     return math.nan
         return None
 
-    return expression.value if isinstance(expression, ir.Literal) else folded(expression, known_value)
+    if isinstance(expression, ir.Literal):
+        return expression.value
+    if isinstance(expression, Term) and operations is CLOSED and not genes and not draws:
+        return folded(expression, known_value, expression.algebra.closed)
+    return folded(expression, known_value)
 
 
 # -- intervals ---------------------------------------------------------------------------------------------------------
@@ -167,14 +181,19 @@ def _of_operator(row: Operator, within: Sequence[Interval]) -> Interval:
 # What bounds neither exclude nor prove, the scene or the run decides: it is an error where the number does not exist.
 
 
-def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval]) -> bool:
-    """Return True if a part of an expression may have no value; `interval` gives the bounds of a part."""
-    return any(
-        isinstance(part, ir.Apply)
-        and (domain := _domain(part.op)) is not None
-        and not domain.holds(*map(interval, operands(part)))
-        for part in parts(expression)
-    )
+def may_be_undefined(
+    expression: ir.Expr, interval: Callable[[ir.Expr], Interval], known: dict[ir.Expr, bool] | None = None
+) -> bool:
+    """Return True if a part of an expression may have no value; `interval` gives the bounds of a part.
+
+    `known` holds the answers for parts from before, and gets the new ones.
+    """
+
+    def undefined(part: ir.Expr, inside: list[bool]) -> bool:
+        domain = _domain(part.op) if isinstance(part, ir.Apply) else None
+        return any(inside) or (domain is not None and not domain.holds(*map(interval, operands(part))))
+
+    return folded(expression, undefined, known)
 
 
 def truth_of(condition: ir.Expr, interval: Callable[[ir.Expr], Interval]) -> Interval:

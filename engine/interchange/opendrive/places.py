@@ -196,8 +196,8 @@ def _file_knots(links: Links, each: LanePlan) -> tuple[tuple[float, float], ...]
     paths = PathBook()
     along = paths.feet(paths.add(each.line), *points.T).s
     along, s = (along, s) if each.lane.forward else (along[::-1], s[::-1])
-    kept = np.concatenate([[True], np.diff(np.maximum.accumulate(along)) > 0.0])
-    return tuple(zip(along[kept].tolist(), s[kept].tolist(), strict=True))
+    advancing = np.concatenate([[True], np.diff(np.maximum.accumulate(along)) > 0.0])
+    return tuple(zip(along[advancing].tolist(), s[advancing].tolist(), strict=True))
 
 
 def road_map(spec: MapSpec) -> RoadMap:

@@ -125,17 +125,17 @@ DEEP = 50.0
 ROOM = 5.0
 
 
-def kept_parts(recording: Recording, actor: int) -> list[Stretch]:
+def present_stretches(recording: Recording, actor: int) -> list[Stretch]:
     """Return the stretches of an actor from the beginning to the end, including those under the road."""
     parts, deep, end = stretches(recording, actor), DEEP + ROOM * actor, float(recording.time[-1])
-    kept: list[Stretch] = []
+    pieces: list[Stretch] = []
     if parts[0].starts_late:
-        kept.append(_under_the_road(parts[0], 0, 0.0, float(parts[0].time[0]), deep))
+        pieces.append(_under_the_road(parts[0], 0, 0.0, float(parts[0].time[0]), deep))
     for part in parts:
-        kept.append(part)
+        pieces.append(part)
         if part.gone is not None:
-            kept.append(_under_the_road(part, -1, part.gone, max(end, part.gone + recording.step), deep))
-    return kept
+            pieces.append(_under_the_road(part, -1, part.gone, max(end, part.gone + recording.step), deep))
+    return pieces
 
 
 def _under_the_road(part: Stretch, sample: int, begin: float, end: float, deep: float) -> Stretch:
@@ -157,7 +157,7 @@ def add_storyboard(root: Element, recording: Recording, names: Sequence[str], ve
     add_environment(actions, recording, version)
     act = child(child(storyboard, "Story", name="replay_story"), "Act", name="replay_act")
     for actor, name in enumerate(names):
-        parts = kept_parts(recording, actor)
+        parts = present_stretches(recording, actor)
         private = child(actions, "Private", entityRef=name)
         teleport(private, parts[0].poses[0], parts[0].below)
         start_speed(private, float(recording.states[0, actor, State.SPEED]) * (not parts[0].below), version)

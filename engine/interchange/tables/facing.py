@@ -125,7 +125,7 @@ def set_aside(
     Raises:
         InterchangeError: no actor is left with the ego.
     """
-    kept, remarks = tracks[:1], list[str]()
+    remaining, remarks = tracks[:1], list[str]()
     for track in tracks[1:]:
         pair = (tracks[0], track)
         touch = depends = False
@@ -136,8 +136,8 @@ def set_aside(
             continue
         if depends:
             remarks.append(f"with another heading {cited(tracks[0].name)} and {cited(track.name)} would touch")
-        kept.append(track)
-    if len(kept) == 1 and len(tracks) > 1:
+        remaining.append(track)
+    if len(remaining) == 1 and len(tracks) > 1:
         message, _, cure = remarks[0].partition(": the pair is not evaluated; ")
         raise InterchangeError(message, cure, file)
-    return kept, tuple(remarks)
+    return remaining, tuple(remarks)

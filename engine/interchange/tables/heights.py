@@ -65,7 +65,7 @@ def on_one_level(tracks: list[TableTrack]) -> tuple[list[TableTrack], tuple[str,
     if not may_be_apart(tracks):
         return tracks, ()
     found = [(track, *height_between(tracks[0], track)) for track in tracks[1:]]
-    kept = [tracks[0], *(track for track, _, throughout in found if not throughout)]
+    remaining = [tracks[0], *(track for track, _, throughout in found if not throughout)]
     remarks = [
         *level_remarks([(tracks[0].name, track.name, above) for track, above, throughout in found if throughout]),
         *(
@@ -75,7 +75,7 @@ def on_one_level(tracks: list[TableTrack]) -> tuple[list[TableTrack], tuple[str,
             if above and not throughout
         ),
     ]
-    return kept, tuple(remarks)
+    return remaining, tuple(remarks)
 
 
 def level_remarks(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:

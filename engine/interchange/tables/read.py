@@ -98,19 +98,19 @@ def recording_of(
     if window is not None:
         ordered = _within(ordered, window, tracks.file)
     ordered, on_levels = on_one_level(ordered)
-    kept, left_out = _whom_it_meets(ordered, tracks.file)
-    time, remarks = _clock(kept, tracks)
-    kept, aside = set_aside(kept, lambda pair: states_of(pair, time), tracks.file)
+    remaining, left_out = _whom_it_meets(ordered, tracks.file)
+    time, remarks = _clock(remaining, tracks)
+    remaining, aside = set_aside(remaining, lambda pair: states_of(pair, time), tracks.file)
     recording = Recording(
         name=name,
-        actors=tuple(map(actor_of, kept)),
+        actors=tuple(map(actor_of, remaining)),
         time=time - time[0],
-        states=states_of(kept, time),
+        states=states_of(remaining, time),
         step=usual_step(time) if step is None else step,
         buildings=tracks.buildings,
         commands=False,
     )
-    gaps = tuple(absences(kept))
+    gaps = tuple(absences(remaining))
     return Imported(recording, None, (*tracks.remarks, *chosen, *on_levels, *left_out, *aside, *remarks, *gaps))
 
 
@@ -190,20 +190,20 @@ def _whom_it_meets(tracks: list[TableTrack], file: str) -> tuple[list[TableTrack
 
 def _within(tracks: list[TableTrack], window: Window, file: str) -> list[TableTrack]:
     """Return the tracks within a window; the ego stays the first."""
-    kept = [cut for track in tracks if (cut := _cut(track, *window))]
-    if not kept or kept[0].name != tracks[0].name:
+    remaining = [cut for track in tracks if (cut := _cut(track, *window))]
+    if not remaining or remaining[0].name != tracks[0].name:
         ego = tracks[0]
         there = f"name a window within {ego.time[0]:.6g} to {ego.time[-1]:.6g} s"
         raise InterchangeError(f"{cited(ego.name)} is not there from {window[0]:g} to {window[1]:g} s", there, file)
-    return kept
+    return remaining
 
 
 def _cut(track: TableTrack, first: float, last: float) -> TableTrack | None:
     """Return a track while the ego is present; None if it has no row then."""
-    kept = slice(*np.searchsorted(track.time, [first - SAME_INSTANT, last + SAME_INSTANT]).tolist())
-    if kept.start >= kept.stop:
+    remaining = slice(*np.searchsorted(track.time, [first - SAME_INSTANT, last + SAME_INSTANT]).tolist())
+    if remaining.start >= remaining.stop:
         return None
-    return track.only(kept)
+    return track.only(remaining)
 
 
 def _comes_near(track: TableTrack, ego: TableTrack) -> bool:

@@ -46,14 +46,14 @@ class TableTrack:
 
     def without_jumps(self) -> tuple["TableTrack", tuple[str, ...]]:
         """Return the track with a gap at each jump (see `engine.interchange.motion`), and a remark on them."""
-        kept, breaks, jumps = without_jumps(self.time, self.positions)
+        remaining, breaks, jumps = without_jumps(self.time, self.positions)
         remark = jump_remark(self.name, self.time, self.positions, jumps)
-        return replace(self, breaks=breaks).only(kept), (remark,) if remark else ()
+        return replace(self, breaks=breaks).only(remaining), (remark,) if remark else ()
 
-    def only(self, kept: slice | Bools) -> "TableTrack":
+    def only(self, remaining: slice | Bools) -> "TableTrack":
         """Return the track of some of its samples alone."""
         columns = ("time", "positions", "heading", "speed", "slides", "breaks", "height", "assumed")
-        cut = {name: values[kept] for name in columns if (values := getattr(self, name)) is not None}
+        cut = {name: values[remaining] for name in columns if (values := getattr(self, name)) is not None}
         return replace(self, **cut)
 
 

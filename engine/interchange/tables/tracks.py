@@ -157,11 +157,14 @@ class _Gathered:
         cells, own = self.cells, time[rows]
         name, kind = self._name(label, rows), self._kind(label, rows)
         places = np.column_stack([cells.numbers["x"][rows], cells.numbers["y"][rows]])
-        kept, breaks, jumps = without_jumps(own, places)
+        remaining, breaks, jumps = without_jumps(own, places)
         self._remark(jump_remark(name, own, places, jumps))
-        if not kept.any():
+        if not remaining.any():
             return None
-        rows, motion = rows[kept], Motion(own[kept], places[kept], pieces_of(own[kept], breaks[kept]))
+        rows, motion = (
+            rows[remaining],
+            Motion(own[remaining], places[remaining], pieces_of(own[remaining], breaks[remaining])),
+        )
         length, width = (self._size(quantity, kind, rows, name) for quantity in ("length", "width"))
         velocity = self._velocity(name, motion, rows)
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
@@ -185,7 +188,7 @@ class _Gathered:
             width=width,
             rear_to_center=behind,
             slides=slides(cells, rows),
-            breaks=breaks[kept],
+            breaks=breaks[remaining],
             ahead=point,
             height=cells.numbers["z"][rows] if "z" in cells.numbers else None,
         )

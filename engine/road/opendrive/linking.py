@@ -60,7 +60,7 @@ class Links(Lanes):
         exact = [each for each in claims if self.stated(each) == OdrEnd("road", end.road, end.at_start)]
         choices = [each for each in (*said, *claims) if each.road in self.sections]
         believed = [each for each in (*said[:1], *exact) if each.road in self.sections]
-        return next((each for each in choices if self._meet(end, each)), believed[0] if believed else None)
+        return next((each for each in choices if self._coincide(end, each)), believed[0] if believed else None)
 
     def _claims(self, end: End) -> list[End]:
         """Return the ends whose links name this end's road, at either of its ends."""
@@ -68,7 +68,7 @@ class Links(Lanes):
         # a connecting road names the road before it, which continues by the junction
         return [each for each in self._stating[end.road] if junctions[each.road] in {junctions[end.road], THROUGH}]
 
-    def _meet(self, one: End, other: End) -> bool:
+    def _coincide(self, one: End, other: End) -> bool:
         """Return True if a lane of one end begins where a lane of the second end ends."""
         return self._leads(one, other) or self._leads(other, one)
 
@@ -169,7 +169,7 @@ class Links(Lanes):
         stating = [end for end in ends if self.stated(end) in self._junction(connection)]
         beyond = ends_of(connection.connecting, None)
         free = (end for end in ends if self.stated(end) is None)
-        return stating or [end for end in free if any(self._meet(end, each) for each in beyond)]
+        return stating or [end for end in free if any(self._coincide(end, each) for each in beyond)]
 
     def _junction(self, connection: OdrConnection) -> tuple[OdrEnd]:
         return (OdrEnd("junction", connection.junction, None),)
@@ -177,7 +177,7 @@ class Links(Lanes):
     def _entered(self, end: End, connection: OdrConnection) -> End:
         """Return the end of a connecting road that is at an end of the incoming road."""
         choices = ends_of(connection.connecting, connection.at_start)
-        meet = self._meet if connection.direct else self._leads
+        meet = self._coincide if connection.direct else self._leads
         return next((each for each in choices if meet(end, each)), choices[0])
 
 

@@ -66,8 +66,8 @@ def contents_of(path: str, digest: str) -> Contents:
     entry = cached_file(f"roads-{key[:24]}.bin", FAMILY)
     if entry is not None:
         with suppress(OSError):
-            if (kept := from_bytes(entry.read_bytes(), key)) is not None:
-                return kept
+            if (stored := from_bytes(entry.read_bytes(), key)) is not None:
+                return stored
     from engine.road.opendrive.making import read
 
     contents = read(path, digest)

@@ -237,8 +237,8 @@ def _bounds(lane: FileLane, inner: Floats, outer: Floats) -> tuple[Floats, Float
     """Return the left and right border in driving direction, without repeated pairs of points."""
     left, right = (inner, outer) if lane.parts[0].lane < 0 else (outer, inner)
     new = (np.hypot(*np.diff(left, axis=0).T) > SAME) | (np.hypot(*np.diff(right, axis=0).T) > SAME)
-    kept = np.concatenate([[True], new])
-    left, right = left[kept], right[kept]
+    distinct = np.concatenate([[True], new])
+    left, right = left[distinct], right[distinct]
     return (left, right) if lane.forward else (right[::-1], left[::-1])
 
 

@@ -146,7 +146,9 @@ def _shrunk(part: Any) -> Any:
         shrunk = part.difference(strip)
     # An inner parallel outline is not longer than the outline itself, except for 2 pi r at each hole (Steiner); GEOS
     # simplifies buffered outlines by 1 % of the distance.
-    _check_loss(part, shrunk, 1.01 * (part.length * GAP + math.pi * GAP**2 * _holes(part)))
+    _check_loss(
+        part, shrunk, 1.01 * (part.length * GAP + math.pi * GAP**2 * sum(len(each.interiors) for each in _parts(part)))
+    )
     with _named([part]):
         final = rounded(shrunk.simplify(SMOOTH))
     _check_loss(shrunk, final, shrunk.length * SMOOTH)
@@ -157,10 +159,6 @@ def _check_loss(before: Any, after: Any, most: float) -> None:
     """Raise NoSurface if more than `most` [m^2] of a polygon is lost."""
     if before.area - after.area > most + NOTHING * before.area:
         raise NoSurface(before)
-
-
-def _holes(part: Any) -> int:
-    return sum(len(each.interiors) for each in _parts(part))
 
 
 @contextmanager

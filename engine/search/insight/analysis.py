@@ -253,10 +253,10 @@ def _rows(lanes: list[str], number: Ints, collided: Bools) -> tuple[tuple[str, .
     """Return the names of rows, and the row of each scene (n,)."""
     seen, row = np.unique(number, return_inverse=True)
     failures = np.bincount(row, weights=collided, minlength=len(seen))
-    kept = np.sort(np.argsort(-failures, kind="stable")[:MOST_LANES])
-    place = np.full(len(seen), len(kept))
-    place[kept] = np.arange(len(kept))
-    chosen: list[int] = seen[kept].tolist()
+    lanes_shown = np.sort(np.argsort(-failures, kind="stable")[:MOST_LANES])
+    place = np.full(len(seen), len(lanes_shown))
+    place[lanes_shown] = np.arange(len(lanes_shown))
+    chosen: list[int] = seen[lanes_shown].tolist()
     names = [lanes[lane] if lane >= 0 else "none" for lane in chosen]
-    others = len(seen) - len(kept)
+    others = len(seen) - len(lanes_shown)
     return (*names, *([f"{others} others"] if others else [])), place[row]

@@ -29,7 +29,7 @@ from engine.sampling import draw_genomes
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.statistics import Interval, clopper_pearson
-from engine.streams import key_rows
+from engine.streams import StreamKey, key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Method, Verdict
 
@@ -43,7 +43,7 @@ MOST_ROWS = 800
 MOST_CONDITIONS = 3
 CUTS = 24
 """Bounds tried for each gene."""
-WORTH = 0.04
+MIN_GAIN = 0.04
 """Share by which a further condition must improve the rule."""
 BACKGROUND = 2000
 """Draws that conditions are grown against."""
@@ -51,6 +51,8 @@ JUDGES = 2000
 """Draws under a condition: one half decides whether it is accepted, the second half gives its failure rate."""
 LOOKED_AT = 1 << 18
 """Maximum number of genomes that are drawn in search of those draws."""
+AT_ONCE = 1 << 14
+"""Number of genomes that are drawn before the draws under a condition are counted again."""
 LEAST_JUDGES = 100
 """Minimum number of draws under a condition; a condition with fewer is rejected."""
 FRESH_RUN = 0xFFFE
@@ -194,10 +196,15 @@ class FreshDraws:
 
     def draws(self, part: int, count: int, rule: tuple[Condition, ...] = ()) -> tuple[Floats, Assessment]:
         """Return the first `count` draws that meet a rule, among `LOOKED_AT` draws; each part has different draws."""
-        keys = key_rows(self._seed, int(Method.SAMPLE), FRESH_RUN, part, range(LOOKED_AT if rule else count))
-        genomes = draw_genomes(self._space, keys)
-        chosen = np.flatnonzero(_meet(genomes, rule))[:count]
-        return genomes[chosen], self._evaluate(genomes[chosen], keys[chosen])
+        looked_at, genomes, keys = 0, np.empty((0, len(self._space))), np.empty((0, len(StreamKey._fields)), np.int64)
+        while len(genomes) < count and looked_at < LOOKED_AT:
+            block = range(looked_at, looked_at + (AT_ONCE if rule else count))
+            drawn_keys = key_rows(self._seed, int(Method.SAMPLE), FRESH_RUN, part, block)
+            drawn = draw_genomes(self._space, drawn_keys)
+            met = _satisfy(drawn, rule)
+            genomes, keys = np.concatenate([genomes, drawn[met]]), np.concatenate([keys, drawn_keys[met]])
+            looked_at = block.stop
+        return genomes[:count], self._evaluate(genomes[:count], keys[:count])
 
     @cached_property
     def background(self) -> tuple[Floats, Assessment]:
@@ -222,7 +229,7 @@ def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, f
         rows=tuple(members.tolist()),
         example=int(members[np.argmin(np.abs(units[members] - middle).sum(axis=1))]),
         conditions=rule,
-        coverage=_mean(_meet(own, rule)),
+        coverage=_mean(_satisfy(own, rule)),
         fresh=reported,
         base=base,
     )
@@ -249,9 +256,9 @@ def _rule(genomes: Floats, wanted: Bools, box: Box) -> tuple[Condition, ...]:
     best = 0.0
     while len(rule) < MOST_CONDITIONS:
         options = [_with(rule, condition) for condition in _candidates(genomes[wanted], box)]
-        scored = [(_accuracy(_meet(genomes, option), wanted), option) for option in options]
+        scored = [(_accuracy(_satisfy(genomes, option), wanted), option) for option in options]
         quality, option = max(scored, key=lambda pair: pair[0], default=(0.0, rule))
-        if quality <= best * (1.0 + WORTH) or len(option) > MOST_CONDITIONS:
+        if quality <= best * (1.0 + MIN_GAIN) or len(option) > MOST_CONDITIONS:
             break
         best, rule = quality, option
     return tuple(sorted(rule, key=lambda condition: condition.gene))
@@ -280,7 +287,7 @@ def _with(rule: tuple[Condition, ...], new: Condition) -> tuple[Condition, ...]:
     return tuple(both if old is known else old for old in rule)
 
 
-def _meet(genomes: Floats, rule: tuple[Condition, ...]) -> Bools:
+def _satisfy(genomes: Floats, rule: tuple[Condition, ...]) -> Bools:
     met = np.ones(len(genomes), dtype=bool)
     for condition in rule:
         met &= condition.holds(genomes)

@@ -137,10 +137,10 @@ def _same_choices(
     def same(found: Assessment, rows: Ints) -> Bools:
         return (found.verdict == Verdict.VALID) & ((found.variant == before.variant[rows]) | free[rows])
 
-    kept = same(after, np.arange(len(after)))
-    other = np.flatnonzero(~kept & (after.verdict == Verdict.VALID))
+    unchanged = same(after, np.arange(len(after)))
+    other = np.flatnonzero(~unchanged & (after.verdict == Verdict.VALID))
     if not len(other):
-        return after, kept
+        return after, unchanged
     rows = np.repeat(other, FURTHER)
     further = keys[rows]
     further[:, StreamKey._fields.index("rollout")] = FURTHER_ROLLOUT + np.tile(np.arange(FURTHER), len(other))
@@ -149,8 +149,8 @@ def _same_choices(
     source = np.arange(len(after))
     reached = hits.any(axis=1)
     source[other[reached]] = len(after) + np.flatnonzero(reached) * FURTHER + np.argmax(hits[reached], axis=1)
-    kept[other[reached]] = True
-    return take(concatenate([after, found]), source), kept
+    unchanged[other[reached]] = True
+    return take(concatenate([after, found]), source), unchanged
 
 
 def _moved(box: Box, gene: int, genomes: Floats) -> Floats:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from engine.extras import needed
+from engine.kernels.jit import KERNELS, cache_folder, is_known
 from engine.search.methods.cube import InCube
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
 from engine.tables import Floats
@@ -153,6 +154,20 @@ BATCH = 20
 """Individuals that one evolution strategy of CMA-ME proposes, or a few more."""
 
 
+def store_compiled(owner: type) -> None:
+    """Store machine code of the static methods of a class that numba compiles on their first call: 4 s for `ribs`."""
+    import numba
+
+    if not is_known(numba.__version__):
+        return
+    from engine.kernels.numba_internals import cache_by_content
+
+    methods: list[Any] = [each.__func__ for each in vars(owner).values() if isinstance(each, staticmethod)]
+    for method in methods:
+        if hasattr(method, "py_func"):
+            cache_by_content(method, method.py_func, cache_folder(), KERNELS)
+
+
 class Illumination(InCube):
     """An invalid or failed individual is passed on with a risk that no cell accepts. Generations are random until one
     of them has filled a cell.
@@ -161,6 +176,8 @@ class Illumination(InCube):
     def __init__(self, box: Box, population: int, streams: StreamAt, method: str) -> None:
         who = f"`{method}` needs"
         self._ribs = needed("ribs.archives", who, "search"), needed("ribs.emitters", who, "search")
+        if method == "cma_me":
+            store_compiled(needed("ribs.emitters.opt", who, "search").CMAEvolutionStrategy)
         super().__init__(box, population, streams)
         self._method = method
         self._points = np.empty((0, len(box)))

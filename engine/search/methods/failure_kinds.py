@@ -95,7 +95,7 @@ def no_candidates(size: int) -> Candidates:
 class Foreseen(NamedTuple):
     """Predictions for candidates: arrays (n,)."""
 
-    worth: Floats
+    prediction: Floats
     kind: Ints
     """Predicted kind, an index of the kinds of `FailureKind`."""
     fine: Ints
@@ -180,26 +180,26 @@ class FailureKinds(BestFirst):
         lengths = np.full(self._cube.size, LENGTH * sqrt(self._cube.size))
         values = (promise[known] - middle) / spread
         mean, deviation = predicted(self._archive[known], values, lengths, NOISE, candidates.points)
-        worth = middle + spread * (mean + deviation * stream.standard_normal(len(mean)))
+        prediction = middle + spread * (mean + deviation * stream.standard_normal(len(mean)))
         nearest = KDTree(self._archive).query(candidates.points)[1]
-        return Foreseen(worth, self._failure_kind[nearest], self._kind[nearest])
+        return Foreseen(prediction, self._failure_kind[nearest], self._kind[nearest])
 
     def _placed(self, count: int, foreseen: Foreseen, stream: Generator) -> Ints:
         """Return (count,) the rows of the candidates to run."""
-        worth, kind, fine = foreseen.worth.copy(), foreseen.kind, foreseen.fine
+        prediction, kind, fine = foreseen.prediction.copy(), foreseen.kind, foreseen.fine
         failing = np.unique(self._failure_kind[self._fails])
         runs = np.bincount(self._failure_kind, minlength=len(self._places_given))[failing]
         rows = np.empty(count, dtype=np.int64)
         for place, rule in enumerate(stream.choice([FINE, FAILING, COARSE], size=count).tolist()):
             given = self._tries_of_kind[fine] if rule == FINE else self._places_given[kind]
-            rival = worth - log_tries(given)
+            rival = prediction - log_tries(given)
             if rule == FAILING and len(failing):
                 rarest = np.argmin(runs)
                 runs[rarest] += 1
-                here = (kind == failing[rarest]) & (worth > -np.inf)
-                rival = np.where(here, worth, -np.inf) if here.any() else rival
+                here = (kind == failing[rarest]) & (prediction > -np.inf)
+                rival = np.where(here, prediction, -np.inf) if here.any() else rival
             row = np.argmax(rival)
-            worth[row] = -np.inf
+            prediction[row] = -np.inf
             self._places_given[kind[row]] += 1
             self._tries_of_kind[fine[row]] += 1
             rows[place] = row

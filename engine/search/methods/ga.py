@@ -139,7 +139,7 @@ class GeneticAlgorithm(GenerationSearcher):
         return proposals
 
     def _learn(self, results: Sequence[Result]) -> None:
-        self._pool = _pool_of(self._asked, results)
+        self._pool = _pool_of(self._proposed, results)
 
     def _fill(self, stream: Generator, slot: int, taken: set[Genome]) -> list[Proposal]:
         """Return one or two proposals from the next slot on, by the operator that the stream chooses."""
@@ -147,14 +147,14 @@ class GeneticAlgorithm(GenerationSearcher):
         elite = next_elite(range(len(self._pool)), self._pool.genomes, taken) if u < self._elite_below else None
         if elite is not None:
             taken.add(self._pool.genomes[elite])
-            return [self._kept(elite)]
+            return [self._unchanged(elite)]
         crossing = self._elite_below <= u < self._crossover_below
         if crossing and len(self._box) > 1 and self._pool.different > 1:
             count = min(2, self._population - slot)
             return self._born(slot, self._distinct(self._cross, stream, count))
         return self._born(slot, self._distinct(self._mutate, stream, 1))
 
-    def _kept(self, member: int) -> Proposal:
+    def _unchanged(self, member: int) -> Proposal:
         pool = self._pool
         return Proposal(pool.genomes[member], Operator.ELITE, pool.births[member], reused=pool.results[member])
 
@@ -166,15 +166,15 @@ class GeneticAlgorithm(GenerationSearcher):
 
     def _distinct(self, breed: Breed, stream: Generator, count: int) -> list[_Child]:
         """Return `count` children, new ones if redraws and one mutation suffice for that."""
-        kept: list[_Child] = []
+        new_children: list[_Child] = []
         stale: list[_Child] = []
         for _ in range(1 + self._max_redraws):
             stale = []
-            for child in breed(stream, count - len(kept)):
-                (kept if self._claim(child.genome) else stale).append(child)
+            for child in breed(stream, count - len(new_children)):
+                (new_children if self._claim(child.genome) else stale).append(child)
             if not stale:
-                return kept
-        return kept + [self._forced(stream, child) for child in stale]
+                return new_children
+        return new_children + [self._forced(stream, child) for child in stale]
 
     def _claim(self, genome: Genome) -> bool:
         """Store the genome; return True if it was new."""

@@ -85,7 +85,7 @@ class NichingSearch(InCube):
         self._failed = np.append(self._failed, [results[slot].failure for slot in known]).astype(bool)
         risk = [results[slot].continuous if results[slot].selectable else -np.inf for slot in known]
         self._risk = np.append(self._risk, risk)
-        self._births += [self._asked[slot].birth for slot in known]
+        self._births += [self._proposed[slot].birth for slot in known]
         self._choose_parents()
 
     def _choose_parents(self) -> None:

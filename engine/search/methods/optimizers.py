@@ -120,9 +120,9 @@ class DifferentialEvolution(InCube):
     def _learn(self, results: Sequence[Result]) -> None:
         if not len(self._members):
             self._members = self._trials.copy()
-            self._births = [proposal.birth for proposal in self._asked]
+            self._births = [proposal.birth for proposal in self._proposed]
         for slot, result in enumerate(results):
             value = result.continuous if result.selectable else -np.inf
             if value >= self._value[slot]:
                 self._members[slot], self._value[slot] = self._trials[slot], value
-                self._births[slot] = self._asked[slot].birth
+                self._births[slot] = self._proposed[slot].birth

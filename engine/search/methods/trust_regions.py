@@ -197,9 +197,9 @@ def fitted(points: Floats, values: Floats, lengths: Floats, stream: Generator) -
         for factor in (0.5, 2.0):
             tried = lengths.copy()
             tried[genes] = np.clip(tried[genes] * factor, SHORTEST, LONGEST)
-            worth = likelihood(points, values, tried, NOISE)
-            if worth > best:
-                best, lengths = worth, tried
+            fit = likelihood(points, values, tried, NOISE)
+            if fit > best:
+                best, lengths = fit, tried
                 break
     return lengths
 

@@ -5,7 +5,7 @@ one per method, condition and event.
 import json
 import math
 from collections.abc import Callable
-from dataclasses import MISSING, Field, asdict, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -154,7 +154,7 @@ class Count(NamedTuple):
 
 # -- estimates with a journal ------------------------------------------------------------------------------------------
 
-KEPT = "probability.json"
+FILE_NAME = "probability.json"
 
 
 def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
@@ -165,7 +165,7 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     Raises:
         StoreError: the file cannot be written.
     """
-    path = folder / KEPT
+    path = folder / FILE_NAME
     rows = {_place(row): row for row in _rows(path) if row.get("program_digest") == program_digest}
     intervals = {name: list(getattr(found, name)) for name in _INTERVALS}
     named = {"withheld": found.withheld.value, "seed": seed, "program_digest": program_digest}
@@ -182,17 +182,17 @@ def content(found: Probability) -> dict[str, Any]:
     return {name: value for name, value in asdict(found).items() if name not in ("of", "errors", "lost") or value}
 
 
-def kept(folder: Path, program_digest: str) -> tuple[Probability, ...]:
+def read_estimates(folder: Path, program_digest: str) -> tuple[Probability, ...]:
     """Return a folder's estimates for the program with this digest, by method and condition.
 
     Raises:
         StoreError: the file cannot be read as a file of estimates.
     """
-    rows = [row for row in _rows(folder / KEPT) if row.get("program_digest") == program_digest]
+    rows = [row for row in _rows(folder / FILE_NAME) if row.get("program_digest") == program_digest]
     try:
         return tuple(sorted(map(_probability, rows), key=lambda found: (found.of, found.method, found.condition)))
     except (KeyError, TypeError, ValueError) as error:
-        raise _damaged(folder / KEPT) from error
+        raise _damaged(folder / FILE_NAME) from error
 
 
 def _rows(path: Path) -> list[dict[str, Any]]:
@@ -222,11 +222,13 @@ def _place(row: dict[str, Any]) -> tuple[Any, Any, Any]:
 
 def _probability(row: dict[str, Any]) -> Probability:
     """Return the estimate of a row; fields that an earlier version did not write are unknown."""
-    return Probability(**{field.name: _value(field.name, row[field.name]) for field in _needed(row)})
-
-
-def _needed(row: dict[str, Any]) -> list[Field[Any]]:
-    return [field for field in fields(Probability) if field.default is MISSING or field.name in row]
+    return Probability(
+        **{
+            field.name: _value(field.name, row[field.name])
+            for field in fields(Probability)
+            if field.default is MISSING or field.name in row
+        }
+    )
 
 
 _TEXTS = ("method", "condition", "score", "of")

@@ -137,7 +137,7 @@ def _recorded(config: Config) -> tuple[Config, ...]:
     from engine.search.past import recorded_driver
 
     recorder = Recorder(config.driver)
-    return replace(config, driver=recorder), replace(config, driver=recorded_driver(recorder, recorder.kept))
+    return replace(config, driver=recorder), replace(config, driver=recorded_driver(recorder, recorder.recorded))
 
 
 def _all_known(found: Probability) -> Probability:

@@ -15,25 +15,23 @@ import pytest
 
 import engine.search.run
 from cortex_dsl.api.derived_files import differing
-from cortex_dsl.api.restoring import restore
+from cortex_dsl.api.restoring import outdated, restore
 from cortex_dsl.api.runs import open_run
 from engine.search.chain import last_link
 from engine.search.journal_reader import read_journal
 from engine.search.store import StoreError
 from engine.tables import Ints
 from tests.folders import content, files
-from tests.fork_server import RUN, ForkServer
+from tests.runs import SEARCH
 
 Command = Callable[..., Any]
-SEARCH = ("--ga", "--generations", 4, "--population", 30, "--seed", 2, "--jobs", 1)
+pytestmark = pytest.mark.usefixtures("small_design")
 
 
 @pytest.fixture(scope="module")
-def whole(command_server: ForkServer, left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(ga_run: Path) -> Path:
     """A search that nothing stopped."""
-    run = tmp_path_factory.mktemp("whole") / "run"
-    assert command_server.run(RUN, left_turn, *SEARCH, "--out", run).status == 0
-    return run
+    return ga_run
 
 
 def test_files_carry_the_last_link_of_the_journal(whole: Path) -> None:
@@ -236,3 +234,11 @@ def test_a_file_is_replaced_as_a_whole(whole: Path, tmp_path: Path, monkeypatch:
         restore(open_run(run))
     assert files(run) == before
     assert {path.name for path in run.rglob("*")} - {".lock"} == names - {".lock"}
+
+
+def test_links_that_are_known_are_not_read_again(tmp_path: Path) -> None:
+    """A command that has read the journal gives its links; nothing but the page is read then."""
+    (tmp_path / "report.html").write_text("a page without a checksum")
+    assert outdated(tmp_path, ("00",)) == []
+    with pytest.raises(StoreError):
+        outdated(tmp_path)

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
-from cortex_dsl.api.runs import every_case
 from cortex_dsl.cli import draw_modes
 from cortex_dsl.cli.entry import main
 from engine.driving import decisions
@@ -204,7 +203,7 @@ def test_scenes_over_which_a_driver_fails_are_kept(
     assert len(list(Path("run/failures").iterdir())) == min(10, lost.sum())
     assert main(["run/failures/01.scn", *drives]) == 2
     assert log[0] in " ".join(capsys.readouterr().err.split())
-    first = next(case for case in every_case(run) if case.lost) if goal else None
+    first = next(case for case in run.every_case() if case.lost) if goal else None
     assert (first is None) == (not goal)
     if first is not None:
         assert first.rank == 1
@@ -295,7 +294,7 @@ def test_a_driver_that_is_not_the_same_again_is_no_damage(
     for file in ("crossing.scn", "planner.py"):
         (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
     (home / "whims.py").write_text(WHIMS, encoding="utf-8")
-    search = ("crossing.scn", "--random", "--generations", "3", "--population", "20", "--seed", "1")
+    search = ("crossing.scn", "--random", "--generations", "3", "--population", "20", "--seed", "2")
     assert main([*search, "--ego", f"python:whims:{driver}", "--out", "run"]) == 0
     worst = cx.open_run("run")
     assert len(worst.record.actions) >= 10
@@ -332,14 +331,14 @@ def test_a_finished_case_is_kept_as_it_was_judged_or_not_at_all(home: Path) -> N
     assert scenario.config.driver is not None
     recorder = decisions.Recorder(scenario.config.driver)
     recorder.record_missing(scenario.program, scenario.config, found.evaluations.rollouts, found.worst)
-    assert not recorder.kept
+    assert not recorder.recorded
     assert len(recorder.failures) == len(found.worst)
     steady = cx.load("crossing.scn").driven_by("python:planner:drive")
     found = steady.search("random", generations=1, population=20, seed=1)
     assert steady.config.driver is not None
     recorder = decisions.Recorder(steady.config.driver)
     recorder.record_missing(steady.program, steady.config, found.evaluations.rollouts, found.worst)
-    assert len(recorder.kept) == len(found.worst)
+    assert len(recorder.recorded) == len(found.worst)
 
 
 DUEL = TEXT.replace("with speed 0", 'with speed 0, with behavior ExternalBehavior("lead", actions="speed")')

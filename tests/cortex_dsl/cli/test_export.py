@@ -282,8 +282,8 @@ def test_a_file_without_a_scene(cortexc: Command, tmp_path: Path) -> None:
     file = tmp_path / "never.scn"
     file.write_text("ego = new Car on road\nrequire ego.position.x > 1000 m\n")
     result = cortexc("export", file, "--to", "csv", "--out", tmp_path / "out")
-    assert result.code == Exit.USAGE
-    assert "no scene of" in result.said
+    assert result.code == Exit.NO_SCENE
+    assert "no valid scene" in result.said
     assert not (tmp_path / "out").exists()
 
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+import cortex_dsl as cx
+
 Command = Callable[..., Any]
 Scenario = Callable[..., Path]
 
@@ -126,6 +128,37 @@ def test_a_study_with_a_file_that_is_proved_impossible(
     assert (document["file"], document["runs"]) == (str(path), 0)
     assert document["blame"]["conflict"]["requirements"] == ["ego starts where it should", "far off"]
     assert not out.exists()
+
+
+@pytest.mark.parametrize("words", [(), ("replay",), ("export", "--to", "xosc")], ids=["run", "replay", "export"])
+def test_a_scene_of_what_is_proved_impossible(
+    words: tuple[str, ...], cortexc: Command, scenario: Scenario, tmp_path: Path
+) -> None:
+    """Every command that needs one scene of a file gives the proof and exit code 3; nothing is written."""
+    before, options = words[:1], words[1:]
+    result = cortexc(*before, scenario(*NEVER), *options)
+    assert result.code == 3
+    assert result.said.startswith("no valid scene can be drawn from this file; that is proved")
+    assert "never together: `ego starts where it should`" in " ".join(result.said.split())
+    assert not list(tmp_path.glob("*.xosc"))
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda path: cx.load(path).sample(1_000_000),
+        lambda path: cx.search(path, generations=1, population=2),
+        lambda path: cx.load(path).search("random", generations=1, population=2),
+        lambda path: cx.study(path, methods="random", runs=1, generations=1, population=2),
+    ],
+    ids=["sample", "search", "Scenario.search", "study"],
+)
+def test_python_raises_the_proof(ask: Callable[[Path], object], scenario: Scenario) -> None:
+    """At once, as the diagnostic of `--check`."""
+    with pytest.raises(cx.CompileError) as raised:
+        ask(scenario(*NEVER))
+    assert [each.code for each in raised.value.diagnostics] == ["SCN530"]
+    assert "`ego starts where it should` and `far off` exclude each other" in str(raised.value)
 
 
 def test_sample_says_what_to_relax(cortexc: Command, left_turn: Path) -> None:

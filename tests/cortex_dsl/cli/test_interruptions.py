@@ -94,7 +94,7 @@ COMMANDS: dict[str, Row] = {
 UNFINISHED = re.compile(r"\.cortexc-part$|\.new")
 """Names of files that a process has begun and not completed."""
 MANY, FEW = 40, 8
-"""Instants at which a search or a study, and any other command, is interrupted, as laws count their examples."""
+"""Instants at which a search or a study, and any other command, is interrupted, as dear laws count their examples."""
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -140,7 +140,7 @@ def test_interrupted_at_any_instant(
     assert whole.status == 0, whole
     long, chance, expected = time.perf_counter() - start, random.Random(name), row.content(timed)
     shutil.rmtree(timed, ignore_errors=True)
-    for count in range(share(MANY if name in ("search", "study") else FEW)):
+    for count in range(share(MANY if name in ("search", "study") else FEW, dear=True)):
         run, number = tmp_path / "run", SIGNALS[count % 2]
         begin(run)
         process = command_server.start(SMALL, *prepared(run, row.words))

@@ -12,6 +12,7 @@ import pytest
 from engine.search.store import located, seen_from, without_folders
 
 Command = Callable[..., Any]
+pytestmark = pytest.mark.usefixtures("small_design")
 SMALL = ("--ga", "--generations", 2, "--population", 20, "--seed", 5, "--jobs", 1)
 ROADS = Path(__file__).parents[3] / "examples" / "roads"
 

@@ -61,7 +61,7 @@ def test_ctrl_c_keeps_what_there_is(command_server: ForkServer, left_turn: Path,
 ASKED = """
 import os, signal, sys
 import numpy as np
-from cortex_dsl.__main__ import _install_signal_handlers
+from cortex_dsl.signals import install_handlers
 
 class Asked(type):
     heard = False
@@ -74,7 +74,7 @@ class Asked(type):
 class Operand(metaclass=Asked):
     pass
 
-_install_signal_handlers([])
+install_handlers([])
 try:
     for _ in range(100_000):
         np.arange(3) == Operand()
@@ -88,7 +88,7 @@ sys.exit(1)
 IMPORTED = """
 import os, signal, sys
 from importlib.machinery import ExtensionFileLoader
-from cortex_dsl.__main__ import _install_signal_handlers
+from cortex_dsl.signals import install_handlers
 
 def interrupt(frame, event, _argument):
     if event != "call" or "importlib" in frame.f_code.co_filename:
@@ -99,7 +99,7 @@ def interrupt(frame, event, _argument):
             os.kill(os.getpid(), int(sys.argv[1]))
         frame = frame.f_back
 
-_install_signal_handlers([])
+install_handlers([])
 sys.setprofile(interrupt)
 try:
     import numpy
@@ -114,12 +114,12 @@ SIMULATED = """
 import os, random, signal, sys, time
 from threading import Timer
 import cortex_dsl as cx
-from cortex_dsl.__main__ import _install_signal_handlers
+from cortex_dsl.signals import install_handlers
 
 scenario = cx.load("examples/left_turn.scn")
 scene = scenario.scene_of_seed(4)
 scenario.watch(scene)
-_install_signal_handlers([])
+install_handlers([])
 instants, heard = random.Random(1), 0
 for _ in range(80):
     timer = Timer(instants.uniform(0.0, 0.04), os.kill, (os.getpid(), int(sys.argv[1])))

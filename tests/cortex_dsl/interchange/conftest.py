@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.api.runs import OpenedRun, every_case, open_run
+from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.cli import main
 from cortex_dsl.interchange.cases import ExportCase, case_of_run
 
@@ -23,6 +23,6 @@ def left_turn_run(tmp_path_factory: pytest.TempPathFactory) -> OpenedRun:
 @pytest.fixture(scope="session")
 def worst(left_turn_run: OpenedRun) -> ExportCase:
     """Its worst case, a collision."""
-    case = case_of_run(left_turn_run, every_case(left_turn_run)[0])
+    case = case_of_run(left_turn_run, left_turn_run.every_case()[0])
     assert case.outcomes.collided[0]
     return case

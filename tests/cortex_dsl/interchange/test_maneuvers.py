@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl import Scenario, compile_text, load
-from cortex_dsl.api.runs import OpenedRun, every_case, open_run
+from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.interchange.formats import opendrive
 from cortex_dsl.interchange.maneuvers import maneuver_files, maneuver_plan
@@ -156,7 +156,7 @@ def test_a_run_has_its_champions(small_run: OpenedRun, rank: int) -> None:
 
     The last case of all is none of the worst, and none of these makes the choices that it makes.
     """
-    worst, every = worst_cases(small_run.record.evaluations, 50), every_case(small_run)
+    worst, every = worst_cases(small_run.record.evaluations, 50), small_run.every_case()
     chosen = worst[rank - 1] if rank > 0 else every[-1]
     case = case_of_run(small_run, chosen)
     export = maneuver_files(case, "case", ExportOptions(mode="maneuver"), "road.xodr")

@@ -9,9 +9,9 @@ from pathlib import Path
 from rich.console import Console
 
 from cortex_dsl.api.scenario import load
-from cortex_dsl.console.kernels import SEARCH
+from cortex_dsl.console.kernels import SEARCH, MissingKernels
 from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING, KernelProgress
-from engine.compiling_apart import PARTS, KernelDemand
+from engine.compiling_apart import PARTS, KernelDemand, missing_kernels, stored_name
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 COUNTING = """
@@ -31,14 +31,11 @@ print(*{name for name, _ in used}, file=sys.stderr)
 """
 
 
-def shown(folder: Path, terminal: bool) -> str:
-    """What is said while two kernels appear, one after the other, with a pulse in which none does."""
+def shown(terminal: bool) -> str:
+    """What is said while two of three kernels appear, one after the other, with a pulse in which none does."""
     console = Console(file=io.StringIO(), force_terminal=terminal, width=60)
-    (folder / "before.nbc").write_text("")
-    with KernelProgress(console, folder, before=1, missing=3) as progress:
-        for name in ("one", None, "two"):
-            if name:
-                (folder / f"{name}.nbc").write_text("")
+    with KernelProgress(console, 3, iter((2, 2, 1, 1)).__next__) as progress:
+        for _ in range(3):
             progress.tell()
             if terminal and progress._live is not None:
                 progress._live.refresh()
@@ -47,18 +44,35 @@ def shown(folder: Path, terminal: bool) -> str:
     return console.file.getvalue()
 
 
-def test_without_a_terminal_each_kernel_is_a_line(tmp_path: Path) -> None:
+def test_without_a_terminal_each_kernel_is_a_line() -> None:
     """A log tells that work goes on, and tests can leave these lines out."""
-    said = shown(tmp_path, terminal=False)
+    said = shown(terminal=False)
     assert said.splitlines() == [f"kernels: {number} of 3, 0 s" for number in (1, 2)]
     assert not COMPILED.sub("", f"{COMPILING}\n{said}")
 
 
-def test_on_a_terminal_one_line_is_redrawn(tmp_path: Path) -> None:
+def test_on_a_terminal_one_line_is_redrawn() -> None:
     """It is gone when all are there."""
-    said = shown(tmp_path, terminal=True)
+    said = shown(terminal=True)
     assert "kernels: 1 of 3, 0 s" in said
     assert said.count("\n") == 1
+
+
+def test_only_announced_kernels_are_counted(tmp_path: Path) -> None:
+    """So the total is that of the beginning, though kernels that others call are stored beside them, some twice."""
+    demand = KernelDemand(tuple(PARTS[name] for name in SEARCH), load(EXAMPLE).program)
+    missing = MissingKernels(demand, (tmp_path,), missing_kernels(demand, (tmp_path,)))
+    console = Console(file=io.StringIO(), width=60)
+    files = [stored_name(kernel, "1") for kernel in demand.kernels()]
+    files += ["sight/sight.look.1.nbc", "sight/sight.look.2.nbc"]
+    with KernelProgress(console, missing.count, missing.still_missing) as progress:
+        for file in (tmp_path / each for each in sorted(files)):
+            file.parent.mkdir(exist_ok=True)
+            file.write_text("")
+            progress.tell()
+    assert isinstance(console.file, io.StringIO)
+    said = [line.rpartition(",")[0] for line in console.file.getvalue().splitlines()]
+    assert said == [f"kernels: {number + 1} of {missing.count}" for number in range(missing.count)]
 
 
 def test_the_kernels_that_are_announced_are_those_that_the_example_needs(tmp_path: Path) -> None:

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cortex_dsl import ir
-from cortex_dsl.semantics.quantities.bounds import interval
+from cortex_dsl import compile_text, ir
+from cortex_dsl.semantics.quantities import bounds
+from cortex_dsl.semantics.quantities.bounds import folded, interval, operands, parts
 from cortex_dsl.source import Span
 from engine.opcodes import Op
 from engine.operators import OPERATORS
@@ -19,7 +20,7 @@ numbers = st.floats(-1e6, 1e6) | st.sampled_from([end for end in ENDS if math.is
 
 
 @st.composite
-def operands(draw: st.DrawFn) -> tuple[tuple[float, float], float]:
+def number_between(draw: st.DrawFn) -> tuple[tuple[float, float], float]:
     """Ends between which an operand lies, finite or not, and a number there."""
     number = draw(numbers)
     low, high = draw(numbers | st.just(-math.inf)), draw(numbers | st.just(math.inf))
@@ -36,7 +37,7 @@ def held(op: Op, within: Sequence[tuple[float, float]]) -> tuple[float, float]:
 @given(st.data())
 def test_the_compiler_holds_what_the_engine_computes(op: Op, data: st.DataObject) -> None:
     """Of numbers between the ends, the result lies between the ends that the compiler gives."""
-    within, values = zip(*(data.draw(operands()) for _ in range(OPERATORS[op].arity)), strict=True)
+    within, values = zip(*(data.draw(number_between()) for _ in range(OPERATORS[op].arity)), strict=True)
     low, high = held(op, within)
     value = OPERATORS[op].value(*values)
     assert math.isnan(value) or low <= value <= high, (values, within)
@@ -79,3 +80,63 @@ def test_the_floor_of_an_end_is_rounded_even_if_the_other_is_infinite(ends: tupl
 def test_intervals_are_tight(op: Op, within: Sequence[tuple[float, float]], expected: tuple[float, float]) -> None:
     """An interval that is too wide proves nothing: a `require` that always holds would go unnoticed."""
     assert held(op, within) == expected
+
+
+# -- how often a part is looked at -------------------------------------------------------------------------------------
+
+CHAIN = """
+map intersection()
+behavior Drive():
+    while {condition}:
+        take SetBrakeAction(0.1)
+ego = new Car on road, with behavior Drive()
+"""
+STEPS = {
+    "greatest": "max(1 m/s, {})",
+    "inverse": "(1 m/s) * (1 m/s) / ({})",
+    "root": "sqrt(({}) * 2 m/s)",
+    "comparison": "(2 m/s if ({}) < 3 else 1 m/s)",
+}
+"""Further operations on a number, each of which is bounded or tested when it is made."""
+
+
+def visited(step: str, count: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Return the number of parts at which the compiler looks for a condition of so many steps."""
+    looked: list[ir.Expr] = []
+
+    def counted(expression: ir.Expr) -> tuple[ir.Expr, ...]:
+        looked.append(expression)
+        return operands(expression)
+
+    number = "self.speed"
+    for _ in range(count):
+        number = step.format(number)
+    with monkeypatch.context() as patch:
+        patch.setattr(bounds, "operands", counted)
+        compile_text(CHAIN.format(condition=f"{number} < 9 m/s"))
+    return len(looked)
+
+
+@pytest.mark.parametrize("step", STEPS.values(), ids=STEPS)
+def test_a_longer_number_takes_the_compiler_proportionally_more_looks(
+    step: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each step adds as many as the step before it, though every step is made of all the steps before."""
+    few, more, most = (visited(step, count, monkeypatch) for count in (5, 15, 25))
+    assert most - more <= 1.2 * (more - few)
+
+
+@given(st.data())
+def test_what_was_folded_before_changes_no_result(data: st.DataObject) -> None:
+    """The results of all parts, in any order of asking, are those of each part alone."""
+    made: list[ir.Expr] = [ir.Gene(PLACE, 0), ir.Literal(PLACE, 2.0)]
+    for op in data.draw(st.lists(st.sampled_from([Op.ADD, Op.MUL, Op.MAX, Op.SUB]), max_size=12)):
+        made.append(ir.Apply(PLACE, op, (data.draw(st.sampled_from(made)), data.draw(st.sampled_from(made)))))
+
+    def text(part: ir.Expr, inside: list[str]) -> str:
+        return f"{made.index(part)}({','.join(inside)})"
+
+    known: dict[ir.Expr, str] = {}
+    for each in data.draw(st.permutations(made)):
+        assert folded(each, text, known) == folded(each, text)
+        assert parts(each, known) == []

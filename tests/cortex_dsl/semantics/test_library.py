@@ -1,7 +1,68 @@
-"""Numbers that the library shares with the engine: the compiler cannot import kernels, so it has its own copies."""
+"""Numbers that the library shares with the engine and with its reference: each has copies, which agree."""
 
+import re
+from functools import cache
+
+import pytest
+
+from cortex_dsl import compile_text
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.semantics.acting import following, job
+from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind, Parameter
+from engine.batch import trajectory
 from engine.kernels import steering
+from engine.tables import Floats
+
+SCENE = """
+map intersection(approach=60 m, lanes=2)
+turn = filter(lambda m: m.type is ManeuverType.LEFT_TURN, intersection.maneuvers)[0]
+across = filter(lambda m: m.type is ManeuverType.STRAIGHT, turn.conflictingManeuvers)[0]
+ego = new Car before intersection by 40 m along turn, with speed 9 m/s,
+    with behavior FollowTrajectoryBehavior(9 m/s, turn)
+driver = new Car before intersection by 30 m along across, with speed 9 m/s,
+    with behavior {driver}
+terminate after 8 s
+"""
+NEEDED = {
+    "trajectory": "across",
+    "behavior": "FollowTrajectoryBehavior(9 m/s, across)",
+    "speed": "9 m/s",
+    "laneSectionToSwitch": "across.startLane",
+    "reference_actor": "ego",
+    "x": "0.4",
+    "track": '"time,x,y,heading,speed\\n0,0,0,0,8\\n1,8,0,0,8"',
+}
+"""Argument for each parameter without a default, and for `trajectory`; a new parameter needs a row here."""
+WRITTEN = re.compile(r"True|False|\"\w+\"|[\d.* ]+( \S+)?")
+"""A default that is an expression of the language; others say in words how the behavior finds one."""
+DEFAULTS = [
+    pytest.param(row, parameter, id=f"{row.name}-{parameter.name}")
+    for row in BUILTINS.values()
+    for parameter in row.parameters
+    if row.kind is Kind.BEHAVIOUR and parameter.default is not None and WRITTEN.fullmatch(parameter.default)
+]
+
+
+@cache
+def driven(behaviour: str, *more: str) -> Scenario:
+    rows = BUILTINS[behaviour].parameters
+    needed = [f"{p.name}={NEEDED[p.name]}" for p in rows if p.default is None or p.name == "trajectory"]
+    return compile_text(SCENE.format(driver=f"{behaviour}({', '.join((*needed, *more))})"))
+
+
+def states(scenario: Scenario) -> Floats:
+    return trajectory(scenario.program, scenario.sample(1, seed=3), 0, scenario.config.simulation).states
+
+
+@pytest.mark.parametrize(("row", "parameter"), DEFAULTS)
+def test_a_default_of_the_reference_is_the_value_that_the_behavior_has_without_the_argument(
+    row: Builtin, parameter: Parameter
+) -> None:
+    """Written out, it gives the same program, or one that drives the same."""
+    assert parameter.default is not None
+    without, written = driven(row.name), driven(row.name, f"{parameter.name}={parameter.default}")
+    same = without.program.digest == written.program.digest
+    assert same or states(without).tobytes() == states(written).tobytes()
 
 
 def test_the_speed_controller_is_the_engines() -> None:

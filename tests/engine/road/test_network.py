@@ -1,7 +1,7 @@
 """Laws of every network that can be built."""
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +10,9 @@ from hypothesis import given
 
 from engine.maps import RoadSpec
 from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_network
+from engine.road.grid import planned_grid
+from engine.road.linking import meeting_turns
+from engine.road.paths import Primitive
 from engine.vocabulary import ManeuverType
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.road.conflict_areas import Strip, conflict_areas
@@ -348,3 +351,25 @@ def test_the_largest_network_is_built_in_seconds() -> None:
     assert len(network.intersections) == 400
     assert len(network.maneuvers) == 400 * 12
     assert np.isfinite([network.paths.length(path) for path in range(len(network.paths))]).all()
+
+
+@few
+@given(specs())
+def test_networks_of_one_plan_are_independent(spec: RoadSpec) -> None:
+    """They share shapes; paths and regions that a scenario adds to one are in no other, whoever was built first."""
+    first = build_network(spec)
+    whole = contents(first)
+    first.regions.add([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+    first.paths.add([Primitive(0.0, 0.0, 0.0, 0.0, 5.0)])
+    assert contents(build_network(spec)) == whole
+    planned_grid.cache_clear()
+    meeting_turns.cache_clear()
+    assert contents(build_network(spec)) == whole
+
+
+def contents(network: Network) -> tuple[object, ...]:
+    """Return shapes, paths and links of a network, without identities."""
+    shapes = [network.regions.shape(region) for region in range(len(network.regions))]
+    arrays = [array.tobytes() for shape in shapes for array in (shape.edges, shape.hull, shape.triangles, shape.cores)]
+    paths = [network.paths.primitives(path) for path in range(len(network.paths))]
+    return network.spec, arrays, paths, asdict(network.links), repr(network.lanes), repr(network.maneuvers)

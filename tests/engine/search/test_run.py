@@ -185,14 +185,6 @@ def test_interrupt_before_anything_is_passed_on(space: ParamSpace) -> None:
         campaign(space, interrupted)
 
 
-def test_stop_flag_ends_after_a_generation(space: ParamSpace, evaluators: Evaluators) -> None:
-    """Whoever sets the flag gets a whole generation."""
-    heard: list[Progress] = []
-    found = campaign(space, evaluators(space), on_generation=heard.append, should_stop=lambda: len(heard) == 2)
-    assert found.stopped
-    assert len(found.evaluations) == 60
-
-
 def test_nothing_valid_is_a_campaign_too(
     space: ParamSpace, rows: Callable[[Ints, Floats], Assessment], evaluators: Evaluators
 ) -> None:

@@ -240,6 +240,39 @@ if __name__ == "__main__":
 """
 
 
+BUSY = """
+import multiprocessing, sys, time
+from pathlib import Path
+from engine.search.workers import process_pool
+
+def wait(_):
+    Path("busy").touch()
+    multiprocessing.parent_process().join()
+
+if __name__ == "__main__":
+    try:
+        with process_pool(2) as pool:
+            for number in range(8):
+                pool.submit(wait, number)
+            while sys.argv[1] == "busy" and not Path("busy").exists():
+                time.sleep(0.01)
+            raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        print("over")
+"""
+
+
+@pytest.mark.parametrize("when", ["busy", "starting"])
+def test_a_process_that_is_busy_is_not_waited_for(when: str, tmp_path: Path) -> None:
+    """Neither one that works for as long as this process lives, nor one that still starts."""
+    (tmp_path / "busy.py").write_text(BUSY)
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    words = [sys.executable, "busy.py", when]
+    run = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60, check=True)
+    assert run.stdout == "over\n"
+    assert run.stderr == ""
+
+
 def test_a_killed_process_is_not_waited_for(tmp_path: Path) -> None:
     """A worker dies while more is on its way to it than a pipe holds: the pool still closes."""
     (tmp_path / "waiting.py").write_text(WAITING)
@@ -253,6 +286,40 @@ def test_a_killed_process_is_not_waited_for(tmp_path: Path) -> None:
         check=True,
     )
     assert done.stdout.split() == ["broken", "over"]
+
+
+ANSWERING = """
+from engine.search.workers import process_pool
+
+def answer(size):
+    return bytes(size)
+
+if __name__ == "__main__":
+    for _ in range(3):
+        try:
+            with process_pool(2) as pool:
+                futures = [pool.submit(answer, 60_000_000) for _ in range(8)]
+                futures[0].result()
+                raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            continue
+    print("over")
+"""
+
+
+def test_a_process_that_is_ended_amid_its_answer_is_not_waited_for(tmp_path: Path) -> None:
+    """Results are larger than a pipe, so that an interrupt of the block comes while one is being written."""
+    (tmp_path / "answering.py").write_text(ANSWERING)
+    done = subprocess.run(
+        [sys.executable, "answering.py"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    assert done.stdout == "over\n"
 
 
 class Backwards(Executor):

@@ -110,9 +110,9 @@ class _Stage:
         match action.tag:
             case "FollowTrajectoryAction":
                 path = read_path(action, time, self._speed(timed.entity), self.around(time), self.catalogs)
-                return _kept(track, action, time).with_leg(path)
+                return _moved_under(track, action, time).with_leg(path)
             case "TeleportAction":
-                return _kept(track, action, time).with_leg(self._placed(action, timed))
+                return _moved_under(track, action, time).with_leg(self._placed(action, timed))
             case "AddEntityAction":
                 return track.enters(time).with_leg(self._placed(action, timed))
             case "DeleteEntityAction":
@@ -142,17 +142,17 @@ class _Stage:
         return Track(legs, track.absent)
 
 
-KEPT = 40.0
+ABSENT_DEPTH = 40.0
 """Depth under the road [m] from which on an entity is absent: some players place absent entities there."""
 
 
-def _kept(track: Track, action: Node, time: float) -> Track:
+def _moved_under(track: Track, action: Node, time: float) -> Track:
     """Return the track of an entity that is put under the road, or comes up from there."""
     position = next((node for node in action.walk() if node.tag == "WorldPosition"), None)
     if position is None:
         return track
     away = bool(track.absent) and track.absent[-1][1] == math.inf
-    if position.number("z", 0.0) < -KEPT:
+    if position.number("z", 0.0) < -ABSENT_DEPTH:
         return track if away else track.leaves(time)
     return track.enters(time) if away else track
 
@@ -264,7 +264,7 @@ def read_openscenario(
 def _on_heights(scenario: Node) -> Iterator[str]:
     """Yield the remark on world positions of different heights, but for those of actors that are not there."""
     every = (node for node in scenario.walk() if node.tag == "WorldPosition" and node.has("z"))
-    heights = [z for node in every if (z := node.number("z")) >= -KEPT]
+    heights = [z for node in every if (z := node.number("z")) >= -ABSENT_DEPTH]
     if heights and max(heights) - min(heights) >= LEVEL:
         yield f"positions have heights from {min(heights):g} to {max(heights):g} m: all are judged in one plane"
 

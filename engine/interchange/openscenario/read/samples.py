@@ -146,8 +146,8 @@ def presence(part: Part, times: Floats) -> tuple[Bools, str]:
         return there, ""
     samples = np.flatnonzero(there)
     own, places = times[samples], part.track.poses(times)[samples, :2]
-    kept, _, jumps = without_jumps(own, places)
-    there[samples[~kept]] = False
+    remaining, _, jumps = without_jumps(own, places)
+    there[samples[~remaining]] = False
     return there, jump_remark(part.entity.actor.name, own, places, jumps)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from cortex_dsl.api.runs import OpenedRun, every_case
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.cli import main
-from cortex_dsl.report.page.run_page import replay_of_case
+from cortex_dsl.report.findings.case_replay import replay_of_case
 from cortex_dsl.report.terminal import replay_view
 from cortex_dsl.report.terminal.replay_view import Film
 from cortex_dsl.report.terminal.theme import THEME
@@ -31,7 +31,7 @@ def test_one_frame_when_piped(folder: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_frames_move(opened: OpenedRun) -> None:
     """Two frames of a film differ, and the first has no mark of contact."""
-    replay = replay_of_case(opened, every_case(opened)[0])
+    replay = replay_of_case(opened, opened.every_case()[0])
     film = Film.of(replay, 80, 40, ascii_only=True)
 
     def text(place: float) -> str:
@@ -46,7 +46,7 @@ def test_frames_move(opened: OpenedRun) -> None:
 
 def test_a_frame_shows_everybody_at_their_place(opened: OpenedRun) -> None:
     """At a sample as it was recorded; between two, between these; nobody who is not in the scene."""
-    replay = replay_of_case(opened, every_case(opened)[0])
+    replay = replay_of_case(opened, opened.every_case()[0])
     states = replay.trajectory.states.copy()
     states[3:6, 1, State.PRESENT] = 0.0
     states[8, 1, State.HEADING] = np.nan
@@ -69,7 +69,7 @@ def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPat
     now = [0.0]
     monkeypatch.setattr(replay_view, "monotonic", lambda: now[0])
     monkeypatch.setattr(replay_view, "sleep", lambda seconds: now.__setitem__(0, now[0] + seconds))
-    replay = replay_of_case(opened, every_case(opened)[0])
+    replay = replay_of_case(opened, opened.every_case()[0])
     taken = []
     for speed in (1.0, 4.0):
         now[0] = 0.0

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.api.runs import OpenedRun, first_cases
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.cli import main
 from cortex_dsl.report.findings.analysis_report import DRIVER, JUDGED
-from cortex_dsl.report.findings.failures import SUCCESSION
 from cortex_dsl.report.page.analysis_sections import KINDS
 from cortex_dsl.report.page.player import SCRIPTS
 from cortex_dsl.report.page.run_sections import STREAMS, how_runs_ended
@@ -38,7 +37,7 @@ def test_every_figure_is_the_journals(read, opened: OpenedRun) -> None:
     truth |= {"distinct_collisions": distinct_collisions(evaluations), "worst.score": int(evaluations.score.max())}
     truth["distinct_finds"] = truth["distinct_collisions"]
     truth |= {f"failures.{name}": value for name, value in asdict(failures(evaluations, opened.blame)).items()}
-    for case in first_cases(opened, 3):
+    for case in opened.first_cases(3):
         truth |= {f"case.{case.rank}.score": case.score, f"case.{case.rank}.min_distance": case.min_distance}
     assert len(read.figures) > 15
     for name, shown in read.figures.items():
@@ -78,7 +77,6 @@ SAID_OF_ALL = (
     KINDS,
     STREAMS,
     JUDGED,
-    SUCCESSION,
     *PACES,
     "0.25× 0.5× 1× 2× 4×",
     "(95 % interval of Clopper and Pearson)",
@@ -109,7 +107,7 @@ def test_named_figures_are_found_by_their_names(read) -> None:
 def test_replays_are_the_simulation(read, opened: OpenedRun) -> None:
     """Positions unpacked from the page are those of the scene run again, to half a centimetre."""
     replays = json.loads(read.blocks["replays"])
-    for case, replay in zip(first_cases(opened, 3), replays, strict=True):
+    for case, replay in zip(opened.first_cases(3), replays, strict=True):
         run = opened.scenario.watch(opened.scenario.scene(case))
         assert replay["samples"] == len(run.trajectory.time)
         assert replay["contact"] == run.trajectory.contact_sample
@@ -122,7 +120,7 @@ def test_replays_are_the_simulation(read, opened: OpenedRun) -> None:
 
 def test_replayed_cases_have_the_journals_outcome(opened: OpenedRun) -> None:
     """What the page plays collides exactly where the journal says so."""
-    for case in first_cases(opened, 3):
+    for case in opened.first_cases(3):
         run = opened.scenario.watch(opened.scenario.scene(case))
         assert bool(run.outcomes.collided[0]) == case.collided
         assert run.outcomes.min_distance.min() == pytest.approx(case.min_distance, abs=1e-6)

@@ -12,13 +12,15 @@ from cortex_dsl import load
 from engine.assessment import Evaluate, map_arrays
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
+from engine.sampling import draw_genomes
 from engine.search.evaluations import Evaluations
+from engine.search.insight import clusters as fresh_draws
 from engine.search.insight.analysis import analyse
-from engine.search.insight.clusters import clusters
+from engine.search.insight.clusters import Condition, FreshDraws, clusters
 from engine.search.insight.sensitivity import sensitivity
 from engine.streams import key_rows
 from engine.tables import Floats, Ints
-from engine.vocabulary import GeneKind, Verdict
+from engine.vocabulary import GeneKind, Method, Verdict
 from tests.engine.search.conftest import evaluated
 
 Rows = Callable[[Ints, Floats], Assessment]
@@ -204,6 +206,27 @@ def test_planted_groups_are_found_with_their_conditions(rows: Rows, three: Param
         assert cluster.base.share == pytest.approx(0.1, abs=0.03)
         assert cluster.lift > 6.0
         assert cluster.example in cluster.rows
+
+
+@pytest.mark.parametrize("wanted", [1, 50, 300])
+def test_draws_under_a_condition_are_the_first_whatever_is_drawn_at_once(
+    rows: Rows, three: ParamSpace, monkeypatch: pytest.MonkeyPatch, wanted: int
+) -> None:
+    """A twentieth of 4,000 draws meets the condition: as many as are wanted, or all of them."""
+    monkeypatch.setattr(fresh_draws, "LOOKED_AT", 4096)
+    rule = (Condition(0, 9.5, math.inf),)
+    found = []
+    for at_once in (1, 64, 4096):
+        monkeypatch.setattr(fresh_draws, "AT_ONCE", at_once)
+        genomes, runs = FreshDraws(three, failing(rows, lambda x: x[:, 1] > 0.5), 3).draws(1, wanted, rule)
+        assert len(genomes) == len(runs)
+        found.append((genomes, runs.collided))
+    for genomes, collided in found[1:]:
+        np.testing.assert_array_equal(genomes, found[0][0])
+        np.testing.assert_array_equal(collided, found[0][1])
+    keys = key_rows(3, int(Method.SAMPLE), fresh_draws.FRESH_RUN, 1, range(4096))
+    expected = draw_genomes(three, keys)
+    np.testing.assert_array_equal(found[0][0], expected[expected[:, 0] >= 9.5][:wanted])
 
 
 def test_without_lift_there_is_no_condition(rows: Rows, three: ParamSpace) -> None:

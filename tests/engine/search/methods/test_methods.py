@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from engine.assessment import Assessment, Evaluate
 from engine.config import Config, SearchConfig
 from engine.extras import MissingExtraError
 from engine.kernels.elimination import eliminate
+from engine.kernels.jit import cache_folder
 from engine.program import ParamSpace
 from engine.search.campaign import Campaign
 from engine.search.methods import failure_kinds
@@ -88,6 +90,15 @@ def test_never_leaves_its_box(space: ParamSpace, evaluators: Callable[..., Evalu
     found = search(method, space, evaluators(space, error_above=0.9))
     assert len(found.evaluations) == CONFIG.generations * CONFIG.population
     assert all(box.holds(tuple(genome)) for genome in found.evaluations.genomes.tolist())
+
+
+def test_code_that_a_package_compiles_is_stored(space: ParamSpace, evaluators: Callable[..., Evaluate]) -> None:
+    """A second process finds what `ribs` compiles with numba: 4 s of the first search."""
+    strategy = pytest.importorskip("ribs.emitters.opt").CMAEvolutionStrategy
+    search("cma_me", space, evaluators(space))
+    folder = Path(strategy._calc_cov_update.stats.cache_path)
+    assert folder.is_relative_to(cache_folder())
+    assert list(folder.glob("_cma_es.*_calc_cov_update*.nbc"))
 
 
 @pytest.mark.parametrize("method", [method for method in METHODS if method != "cmaes"])

@@ -14,7 +14,7 @@ from scipy.special import ndtri
 
 from benchmarks.coverage import CASES, PLATEAU, SMOOTH, coverage, estimated, evaluated, space_of
 from engine.errors import ArgumentError
-from engine.search.probability.estimates import NOT_KNOWN, Probability, Withheld, keep, kept
+from engine.search.probability.estimates import NOT_KNOWN, Probability, Withheld, keep, read_estimates
 from engine.search.probability.importance import (
     DEFENCE,
     Mixture,
@@ -123,7 +123,7 @@ def test_reasons_are_kept_beside_a_journal(tmp_path: Path) -> None:
     """And read back as they were; what an earlier version wrote has none."""
     found = estimated(CLIFF, "subset", 1_000, 0)
     keep(tmp_path, found, "digest", 0)
-    (again,) = kept(tmp_path, "digest")
+    (again,) = read_estimates(tmp_path, "digest")
     assert again.withheld is Withheld.PLATEAU
     assert (again.tied, again.score) == (found.tied, "distance")
     assert {"mc", *RARE} == {*METHODS}
