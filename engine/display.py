@@ -1,4 +1,4 @@
-"""Results in notebooks: a small HTML table, of names and values or of columns."""
+"""Results in words and in notebooks: counts with their nouns, and small HTML tables of names and values or columns."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -6,6 +6,11 @@ from typing import Any
 
 ROWS = 10
 """Maximum number of rows that are shown of a longer table."""
+
+
+def counted(count: int, noun: str, plural: str | None = None) -> str:
+    """Return a count with its noun: `1 scene`, `2 scenes`, `1,000 scenes`."""
+    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
 
 
 def facts_table(facts: Iterable[tuple[str, str]]) -> str:

@@ -18,6 +18,7 @@ import numpy as np
 from engine.assessment import take
 from engine.config import ActorDriver, Config
 from engine.control import Action, Control
+from engine.display import counted
 from engine.driving.controllers import ControllerSlot, checked, meant, seats_of
 from engine.driving.named import driver_of
 from engine.driving.observations import observed
@@ -344,8 +345,9 @@ class Environment:
 
     def __repr__(self) -> str:
         """Return one line, for notebooks."""
-        wide = f"{len(self.observations)} observations, {len(self.actions)} actions"
-        return f"Environment({self.episodes.program.name}: {len(self)} slots, {wide}, {self.nbytes / 1e6:.1f} MB)"
+        wide = f"{counted(len(self.observations), 'observation')}, {counted(len(self.actions), 'action')}"
+        slots = counted(len(self), "slot")
+        return f"Environment({self.episodes.program.name}: {slots}, {wide}, {self.nbytes / 1e6:.1f} MB)"
 
     @property
     def observations(self) -> tuple[tuple[str, str], ...]:

@@ -289,10 +289,10 @@ def coasting(program: Program, scenes: Scenes) -> Scenes:
 
 def undriven(program: Program) -> ControllerError:
     """Return the error for a program with controllers but without a driver."""
-    names = ", ".join(f"`{control.controller}` of {program.actors[control.actor]}" for control in program.controls)
+    names = " and ".join(f"`{control.controller}` of {program.actors[control.actor]}" for control in program.controls)
     return ControllerError(
-        f"{program.name} is driven from outside, and nobody drives: {names}",
-        "name who does: `--ego python:module:function` on the command line, `ego=` in Python",
+        f"{program.name} needs a driver for the controller {names}",
+        "name a driver: `--ego python:module:function` on the command line, `ego=` in Python",
     )
 
 

@@ -19,7 +19,7 @@ from typing import Annotated, Any, get_origin
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.display import facts_table
+from engine.display import counted, facts_table
 from engine.frozen import frozen
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Fault, Side, Verdict
@@ -358,7 +358,7 @@ class Outcomes(_Measured, _Decided):
     def __repr__(self) -> str:
         """Return one line, for notebooks."""
         valid = int((self.verdict == 0).sum())
-        return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
+        return f"Outcomes({len(self)}: {valid} valid, {counted(int(self.collided.sum()), 'collision')})"
 
     def _repr_html_(self) -> str:
         counts = ((reason.name.lower(), int((self.end_reason == reason).sum())) for reason in EndReason)

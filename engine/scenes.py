@@ -7,7 +7,7 @@ from dataclasses import field
 
 import numpy as np
 
-from engine.display import facts_table
+from engine.display import counted, facts_table
 from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
@@ -77,8 +77,9 @@ class Trajectory:
 
     def __repr__(self) -> str:
         """Return one line, for notebooks."""
+        sizes = f"{counted(len(self.time), 'sample')} of {counted(self.states.shape[1], 'actor')}"
         contact = f", contact after sample {self.contact_sample}" if self.contact_sample >= 0 else ""
-        return f"Trajectory({len(self.time)} samples of {self.states.shape[1]} actors, {self.time[-1]:.2f} s{contact})"
+        return f"Trajectory({sizes}, {self.time[-1]:.2f} s{contact})"
 
 
 def actor_columns(program: Program, values: Floats) -> Floats:

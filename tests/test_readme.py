@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import FILE, SUBCOMMANDS
 from cortex_dsl.console.command import Option
 from cortex_dsl.pipeline import compile_source
@@ -37,6 +38,17 @@ def test_its_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     (page,) = blocks("python")
     exec(page, {})
     assert "map intersection" in capsys.readouterr().out
+
+
+def test_its_picture_is_what_its_command_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The caption names the search whose first case the picture shows, and the command that draws it."""
+    found = re.search(r"!\[[^]]*\]\((\S+)\)\n\nThe first case of `cortexc ([^`]+)`.*?`cortexc replay RUN`",
+                      PAGES[0].read_text(encoding="utf-8"), re.DOTALL)  # fmt: skip
+    assert found is not None
+    file, *words = found[2].split()
+    assert main([str(ROOT / file), *words, "--out", str(tmp_path / "run")]) == 0
+    assert main(["replay", str(tmp_path / "run"), "--to", str(tmp_path / "case.svg")]) == 0
+    assert (tmp_path / "case.svg").read_bytes() == (ROOT / found[1]).read_bytes()
 
 
 CALL = r"\bcortexc [^`\n|]+"

@@ -15,7 +15,7 @@ from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.assessment import concatenate
 from engine.atomic import write_one
 from engine.checksums import stamp, with_checksum
-from engine.display import facts_table
+from engine.display import counted, facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
 from engine.search.ranking import WORST, Case
@@ -39,7 +39,8 @@ class Verification:
 
     def __repr__(self) -> str:
         """One line, for notebooks."""
-        return f"Verification({len(self)} cases: {', '.join(f'{count} {name}' for name, count in self._counts())})"
+        counts = ", ".join(f"{count} {name}" for name, count in self._counts())
+        return f"Verification({counted(len(self), 'case')}: {counts})"
 
     def _repr_html_(self) -> str:
         return facts_table([("cases", str(len(self))), *((name, str(count)) for name, count in self._counts())])

@@ -1,6 +1,6 @@
 """A run folder: the journal, tables and worst cases of a search, written while it runs.
 
-    >>> found = search_and_keep(scenario, "niching", new_directory(Path("runs/mine")))
+    >>> found = search_and_keep(scenario, "niching", Path("runs/mine"))
     >>> found.campaign.distinct_collisions, found.worst_files[0]
 
 A journal is marked `finished` only after all files next to it are complete: if a process ends earlier,
@@ -37,6 +37,8 @@ from engine.search.store import (
     StoreError,
     hold,
     located,
+    new_directory,
+    numbered_directory,
     seen_from,
     store_errors,
     without_folders,
@@ -108,11 +110,13 @@ AS_THE_SETTINGS = SearchOptions()
 
 
 def search_and_keep(
-    scenario: Searchable, method: str, folder: Path, options: SearchOptions = AS_THE_SETTINGS
+    scenario: Searchable, method: str, out: Path | None, options: SearchOptions = AS_THE_SETTINGS
 ) -> SearchResult:
-    """Search a scenario by its own settings, and store everything in an empty folder.
+    """Search a scenario by its own settings, and store everything in the folder `out`, which is new or empty; None: in
+    the next numbered one. No folder is made if the driver cannot drive.
 
     Raises:
+        ControllerError: the driver cannot drive.
         StoreError: the folder cannot be written, or another process writes it.
         UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
         UnknownObjectiveError: there is no such objective.
@@ -120,6 +124,8 @@ def search_and_keep(
         WorkersLostError: no worker process is left to run simulations.
     """
     method, source = canonical(method), scenario.compiled.source
+    reproducible = _is_reproducible(scenario)
+    folder = numbered_directory(scenario.program.name, method) if out is None else new_directory(out)
     manifest = make_manifest(
         scenario.program,
         scenario.config,
@@ -129,7 +135,7 @@ def search_and_keep(
         [without_folders(word) for word in options.command_line],
         origin_of(scenario).seen_from(folder),
         options.objective,
-        _is_reproducible(scenario),
+        reproducible,
     )
     workers, aims = options.workers or default_workers(scenario), tuple(options.objective)
     work = SearchJob(scenario, folder, manifest, options.on_generation, options.on_removed, workers, aims)

@@ -28,7 +28,7 @@ from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
 from engine.checksums import has_checksum, is_unchanged
-from engine.display import facts_table
+from engine.display import counted, facts_table
 from engine.search.campaign import Campaign
 from engine.search.insight.kinds import blamed
 from engine.search.journal_reader import Record, damaged, read_journal
@@ -57,8 +57,8 @@ class OpenedRun:
 
     def __repr__(self) -> str:
         """One line, for notebooks."""
-        method, count = self.record.manifest.method, len(self.record.evaluations)
-        return f"OpenedRun({self.folder}: {method}, {count} individuals, {self.record.status})"
+        method, count = self.record.manifest.method, counted(len(self.record.evaluations), "individual")
+        return f"OpenedRun({self.folder}: {method}, {count}, {self.record.status})"
 
     def _repr_html_(self) -> str:
         record, evaluations = self.record, self.record.evaluations

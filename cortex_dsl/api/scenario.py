@@ -310,11 +310,9 @@ class Scenario:
         if out is None:
             return search(self.program, method, config, profile, on_generation, workers=workers, objective=aims)
         from cortex_dsl.api.run_folder import SearchOptions, search_and_keep
-        from engine.search.store import new_directory
 
         options = SearchOptions(profile, aims, workers, on_generation)
-        folder = new_directory(arguments.path_of("out", out))
-        found = search_and_keep(replace(self, config=config), method, folder, options)
+        found = search_and_keep(replace(self, config=config), method, arguments.path_of("out", out), options)
         if found.failure is not None:
             raise found.failure
         return found.campaign

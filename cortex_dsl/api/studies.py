@@ -20,7 +20,7 @@ from cortex_dsl.api.arguments import PRESET, PROFILE, StudySettings
 from cortex_dsl.api.restoring import restore_study
 from cortex_dsl.api.run_folder import origin_of
 from cortex_dsl.api.scenario import Scenario, load
-from engine.display import facts_table
+from engine.display import counted, facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
 from engine.search.searchers import canonical
@@ -61,7 +61,7 @@ class Studied:
     def __repr__(self) -> str:
         """One line, for notebooks."""
         plan = self.plan
-        size = f"{len(plan.subjects)} scenarios x {', '.join(plan.methods)} x {plan.runs} runs"
+        size = " x ".join((counted(len(plan.subjects), "scenario"), ", ".join(plan.methods), counted(plan.runs, "run")))
         return f"Studied({size}; {len(self.records)} finished)"
 
     def _repr_html_(self) -> str:

@@ -3,7 +3,6 @@
 import argparse
 import textwrap
 from dataclasses import replace
-from pathlib import Path
 
 from cortex_dsl.api.resuming import reopened
 from cortex_dsl.api.run_folder import SearchOptions, SearchResult, search_and_keep
@@ -38,12 +37,10 @@ from cortex_dsl.console.simulating import open_scenario, proved_impossible
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
 from engine.extras import installing, is_installed
-from engine.program import Program
 from engine.search.manifest import changed_versions
 from engine.search.objectives import objectives
 from engine.search.protocol import Box
 from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers, seek
-from engine.search.store import new_directory, numbered_directory
 from engine.study.database import is_study
 
 
@@ -83,7 +80,7 @@ def _searches(scenario: Scenario, run: RunRequest, task: SearchRequest, terminal
 
 def _search(method: str, scenario: Scenario, run: RunRequest, task: SearchRequest, terminal: Terminal) -> SearchResult:
     """One whole search with its run directory."""
-    folder = _folder(method, task, scenario.program)
+    out = task.out / method if task.out is not None and len(task.methods) > 1 else task.out
     with watched(terminal, method, task.generations) as on_generation:
         options = SearchOptions(
             profile=run.profile,
@@ -93,13 +90,7 @@ def _search(method: str, scenario: Scenario, run: RunRequest, task: SearchReques
             on_removed=removed(terminal),
             command_line=task.command_line,
         )
-        return search_and_keep(scenario, method, folder, options)
-
-
-def _folder(method: str, task: SearchRequest, program: Program) -> Path:
-    if task.out is None:
-        return numbered_directory(program.name, method)
-    return new_directory(task.out if len(task.methods) == 1 else task.out / method)
+        return search_and_keep(scenario, method, out, options)
 
 
 # -- the names behind `--method`, and `cortexc --method list`: every way to search, in one line each -------------------

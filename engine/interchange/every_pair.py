@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.display import counted
 from engine.errors import InterchangeError, cited
 from engine.host import pair_arrays
 from engine.interchange.measuring import outcomes_of
@@ -81,7 +82,7 @@ class RankedWindows:
     def __repr__(self) -> str:
         """Return one line, for notebooks."""
         worst = f", the worst of risk {self.score[0]}" if len(self) else ""
-        return f"RankedWindows({len(self.names):,} actors, {len(self):,} windows{worst})"
+        return f"RankedWindows({counted(len(self.names), 'actor')}, {counted(len(self), 'window')}{worst})"
 
 
 def rank_pairs(

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.display import counted
 from engine.errors import InterchangeError, name_cure
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.links import OdrConnection, OdrEnd
@@ -238,9 +239,9 @@ class OdrNetwork:
         hand = "left and right hand" if len(sides) == 2 else "left hand" if True in sides else "right hand"
         length = sum(road.length for road in self.roads.values())
         counts = [
-            _count(len(self.roads), "road"),
-            _count(len(self.junctions), "junction"),
-            _count(lanes, "driving lane"),
+            counted(len(self.roads), "road"),
+            counted(len(self.junctions), "junction"),
+            counted(lanes, "driving lane"),
         ]
         return f"{', '.join(counts)}, {length:.0f} m in all, {hand} traffic"
 
@@ -257,10 +258,6 @@ def value_at(cubics: Sequence[Cubic], s: float) -> float:
 
 def _driving(section: OdrSection) -> int:
     return sum(lane.type == "driving" for lane in section.lanes.values())
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _listed(lanes: Mapping[int, OdrLane]) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from engine.config import SearchConfig
-from engine.display import facts_table
+from engine.display import counted, facts_table
 from engine.program import ParamSpace
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, figures
 from engine.search.insight.gene_effects import GeneEffect
@@ -99,7 +99,8 @@ class Campaign:
         """Return one line, for notebooks; a full `repr` would print every evaluation."""
         found = self.by_individual
         method = f"{self.method} {self.preset}".strip()
-        return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
+        sizes = f"{counted(found.nc, 'collision')} among {counted(found.individuals, 'individual')}"
+        return f"Campaign({method}: {sizes}, {found.nis} invalid)"
 
     def facts(self) -> Iterator[tuple[str, str]]:
         """Yield the results in a few rows of label and text."""

@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine.display import counted
 from engine.search.statistics import Interval, a12, a12_bounds, holm, mann_whitney
 from engine.study.plan import RUNS, Plan
 from engine.study.run_records import LAST, RunFigures, RunRecord
@@ -214,7 +215,7 @@ class Comparison:
     def words(self) -> str:
         """Return the result in a few words."""
         if not self.decided:
-            return f"undecided at {self.runs} run{'' if self.runs == 1 else 's'}"
+            return f"undecided at {counted(self.runs, 'run')}"
         return "better" if self.beats else "worse" if self.loses else "no clear difference"
 
     @property

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.display import counted
 from engine.paper import FILES, GA, GENERATIONS, INDIVIDUALS, POPULATION, RANDOM, SCENARIOS, STUDIES, Printed
 from engine.paper import Study as StudyRow
 from engine.search.statistics import Interval, OddsRatio, clopper_pearson, fisher
@@ -251,8 +252,7 @@ def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
         sentences.append("scenarios share their random numbers: they are not independent repetitions of one another")
     runs = min(row.runs for row in comparisons if row.measure is PRIMARY)
     if runs < RUNS:
-        count = f"{runs} run{'' if runs == 1 else 's'}"
-        sentences.append(f"with {count} of each this is at most a hint; a claim needs {RUNS}")
+        sentences.append(f"with {counted(runs, 'run')} of each this is at most a hint; a claim needs {RUNS}")
     return tuple(sentences)
 
 
@@ -266,7 +266,7 @@ def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> 
     """Return `more in 5 of 6 scenarios, fewer in 1`, which counts significant differences of at least medium size."""
     rows = [row for row in comparisons if row.method == method and row.measure.name == measure.name]
     more, fewer = sum(row.beats for row in rows), sum(row.loses for row in rows)
-    scenarios = f"{len(rows)} scenario{'' if len(rows) == 1 else 's'}"
+    scenarios = counted(len(rows), "scenario")
     parts = [f"{word} in {count}" for word, count in (("more", more), ("fewer", fewer)) if count]
     if not all(row.decided for row in rows):
         return f"undecided in {scenarios}"

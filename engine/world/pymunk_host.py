@@ -24,6 +24,7 @@ import numpy as np
 import pymunk
 
 from engine.config import Config
+from engine.display import counted
 from engine.errors import ArgumentError
 from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.impacts.motion import PULSE, STILL, MotionSegment
@@ -341,7 +342,8 @@ class WorldRun:
         """Return one line, for notebooks."""
         end = EndReason(int(self.outcomes.end_reason[0])).name.lower().replace("_", " ")
         scored = f"{end} after {float(self.outcomes.end_time[0]):.2f} s"
-        return f"WorldRun({scored}; {len(self.trajectory.time)} samples, {len(self.impacts)} impacts)"
+        samples, impacts = counted(len(self.trajectory.time), "sample"), counted(len(self.impacts), "impact")
+        return f"WorldRun({scored}; {samples}, {impacts})"
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,14 @@
-/* A driver in a process of its own: cc -O2 -o stack stack.c -lm; cortexc crossing.scn --ego process:./stack
-   It goes along its path at 10 m/s, and looks at nobody; by pedals, or by the wanted speed where the file asks for that
-   (actions="speed"). */
+/* A driver in a process of its own: cc -O2 -o stack stack.c; cortexc crossing.scn --ego process:./stack
+   It decides as planner.py does. Where the file asks for speeds instead of pedals (actions="speed"), it drives 10 m/s. */
 #define _GNU_SOURCE
-#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { SPEED = 0, OFFSET = 3, HEADING = 4, BY_SPEED = 2 };
+enum { SPEED = 0, OFFSET = 3, HEADING = 4, NEAREST = 18, BY_SPEED = 2 };
+
+static const double FORESIGHT = 0.5;
 
 static double clip(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 
@@ -42,11 +42,14 @@ int main(void) {
                 act[1] = 0.0;
                 continue;
             }
-            double wanted = 4.0 * (10.0 - see[SPEED]);
-            double turn = 0.4 * sin(see[HEADING]) - 0.04 * clip(see[OFFSET], -1, 1);
+            const double *other = see + NEAREST;
+            double x = other[1], y = other[2], soon = y + FORESIGHT * other[5];
+            int in_lane = (y < 2 || soon < 2) && (y > -2 || soon > -2);
+            int brakes = other[0] > 0 && x > 0 && x < 15 && in_lane;
+            double wanted = brakes ? -8.0 : 4.0 * (10.0 - see[SPEED]);
             act[0] = clip(wanted / 3, 0, 1);
             act[1] = clip(-wanted / 8, 0, 1);
-            act[2] = clip(atan(2.6 * turn), -0.5, 0.5);
+            act[2] = clip(see[HEADING] - 0.1 * clip(see[OFFSET], -1, 1), -0.5, 0.5);
         }
         fwrite(done, 8, lanes * actions, out);
         fflush(out);

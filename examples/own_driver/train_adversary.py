@@ -3,7 +3,7 @@
     python -m pip install stable-baselines3
     python train_adversary.py [STEPS] [SEED ...]
 
-The car that turns left is an agent, which chooses its speed twice a second, in many scenes side by side; `planner.py`
+The car from the side is an agent, which chooses its speed twice a second, in many scenes side by side; `planner.py`
 drives the ego. At the end of an episode the agent is paid what a search looks for, the risk. It is compared with speeds
 drawn at random in as many steps: by what its episodes bring while it learns, and afterwards.
 """
@@ -42,8 +42,8 @@ def scenario() -> cx.Scenario:
     """The crossing, with the adversary driven from outside as well."""
     text = (HERE / "crossing.scn").read_text(encoding="utf-8")
     text = text.replace(
-        "FollowTrajectoryBehavior(target_speed=ADV_SPEED, trajectory=turn)",
-        'ExternalBehavior(trajectory=turn, actions="speed", every=0.1 s)',
+        "FollowTrajectoryBehavior(target_speed=ADV_SPEED, trajectory=crossing)",
+        'ExternalBehavior(trajectory=crossing, actions="speed", every=0.1 s)',
     )
     return cx.compile_text(text, name="duel.scn")
 

@@ -158,7 +158,7 @@ def test_a_study_in_memory(scenario: Scenario) -> None:
     assert len(heard) == len(done.records) == 4
     assert {row.method for row in done.findings.comparisons} == {"ga"}
     assert done.folder is None
-    assert repr(done) == "Studied(1 scenarios x random, ga x 2 runs; 4 finished)"
+    assert repr(done) == "Studied(1 scenario x random, ga x 2 runs; 4 finished)"
 
 
 def test_a_study_that_is_kept_and_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ from pathlib import PurePath
 from textwrap import shorten
 from typing import TYPE_CHECKING
 
+from engine.display import counted as counted
 from engine.vocabulary import GeneKind
 
 if TYPE_CHECKING:
@@ -79,11 +80,6 @@ def duration(seconds: float) -> str:
         return f"{minutes} min {rest:02d} s"
     hours, rest = divmod(round(seconds / 60), 60)
     return f"{hours} h {rest:02d} min"
-
-
-def counted(count: int, noun: str, plural: str | None = None) -> str:
-    """`1 scene`, `2 scenes`, `1,000 scenes`."""
-    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
 
 
 def format_gene(space: "ParamSpace", gene: int, value: float) -> str:

@@ -1,6 +1,7 @@
 """The Python API, used as a notebook would."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,23 @@ def test_one_genome_has_many_scenes(scenario: Scenario) -> None:
     assert (scenes.genomes == genome).all()
     assert scenes.valid.all()
     assert len(np.unique(scenes.values[:, 0])) > 10
+
+
+def test_what_a_notebook_shows_of_one_is_singular(tmp_path: Path) -> None:
+    """A count of one has a noun in the singular, in every line."""
+    text = "param SPEED = Range(9, 10)\nego = new Car at (0, -1.75), with speed SPEED"
+    alone = compile_text(f"{text}\n")
+    driven = compile_text(f"{text}, with behavior ExternalBehavior(every=0.1 s)\n")
+    (tmp_path / "crash.scn").write_text(f"{text}\nwall = new Truck ahead of ego by 5\n", encoding="utf-8")
+    crash = load(tmp_path / "crash.scn")
+    scenes = crash.sample(1, seed=1)
+    campaign = crash.search("random", generations=1, population=1, seed=1, out=tmp_path / "run")
+    world = crash.watch(scenes)
+    shown = [scenes, crash.simulate(scenes), campaign, cx.open_run(tmp_path / "run"), world, world.trajectory]
+    shown += [alone.watch(alone.sample(1, seed=1)).trajectory, driven.environment(1)]
+    shown += [cx.study(tmp_path / "crash.scn", "random", 1, generations=1, population=1)]
+    assert [repr(each) for each in shown if re.search(r"\b1 [a-z]+s\b", repr(each))] == []
+    assert sum(len(re.findall(r"\b1 [a-z]+", repr(each))) for each in shown) >= 7
 
 
 def test_what_a_notebook_shows_is_one_line(scenario: Scenario) -> None:

@@ -80,7 +80,7 @@ def test_a_run_is_driven(home: Path, capsys: pytest.CaptureFixture[str], what: s
 
 def test_nobody_is_named(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["mine.scn"]) == 2
-    assert "mine is driven from outside, and nobody drives: `ego` of ego" in capsys.readouterr().err
+    assert "mine needs a driver for the controller `ego` of ego" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -252,7 +252,8 @@ class Counter(Late):
     def act(self, seen, active):
         self.left += 1
         pedals = planner.drive(seen)
-        pedals[:, 0] *= 0.3 + 0.7 * (self.left * 0.618 % 1.0)
+        pedals *= 0.3 + 0.7 * (self.left * 0.618 % 1.0)
+        pedals[:, 2] += 0.02 * (self.left * 0.618 % 1.0)
         return pedals
 
 class Norm(Late):
@@ -293,7 +294,7 @@ def test_a_driver_that_is_not_the_same_again_is_no_damage(
     for file in ("crossing.scn", "planner.py"):
         (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
     (home / "whims.py").write_text(WHIMS, encoding="utf-8")
-    search = ("crossing.scn", "--random", "--generations", "3", "--population", "20", "--seed", "1")
+    search = ("crossing.scn", "--random", "--generations", "3", "--population", "20", "--seed", "2")
     assert main([*search, "--ego", f"python:whims:{driver}", "--out", "run"]) == 0
     worst = cx.open_run("run")
     assert len(worst.record.actions) >= 10
@@ -493,6 +494,32 @@ def test_a_study_tries_its_driver_before_it_begins(home: Path, capsys: pytest.Ca
     assert not Path("study").exists()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_example_has_collisions_that_a_competent_driver_avoids(home: Path, seed: int) -> None:
+    """The first search of a newcomer finds many; they are most of its collisions."""
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    found = cx.load("crossing.scn").search(
+        "ga", objective="avoidable", ego="python:planner:drive", generations=10, seed=seed
+    )
+    assert found.failures.avoidable > 50
+    assert found.failures.avoidable > 0.8 * found.failures.collisions
+
+
+@pytest.mark.parametrize(
+    "words", [("--ga",), ("--ga", "--out", "new/run"), ("--method", "ga,random", "--out", "runs")], ids=" ".join
+)
+def test_a_search_whose_driver_cannot_drive_leaves_no_folder(home: Path, words: tuple[str, ...]) -> None:
+    """Neither by a command nor in Python; a folder that was there stays."""
+    (home / "planner_of_mine.py").write_text("def drive(seen):\n    raise ValueError\n", encoding="utf-8")
+    (home / "mine").mkdir()
+    assert main(["mine.scn", *words, *EGO]) == 2
+    for out in ("mine", "other/run"):
+        with pytest.raises(ControllerError, match="raised ValueError"):
+            cx.load("mine.scn").search("ga", ego=EGO[1], generations=1, population=4, out=out)
+    assert [path.name for path in home.iterdir() if path.is_dir() and path.name != "__pycache__"] == ["mine"]
+
+
 def rows(folder: str) -> list[tuple[object, ...]]:
     with sqlite3.connect(Path(folder) / "journal.sqlite") as connection:
         found = connection.execute("SELECT * FROM simulation ORDER BY generation, place, rollout").fetchall()
@@ -512,7 +539,7 @@ def test_files_start_nothing(home: Path, capsys: pytest.CaptureFixture[str]) -> 
     (home / "trap.py").write_text("open('started', 'w')\ndrive = len\n", encoding="utf-8")
     (home / "trap.scn").write_text(TEXT.replace("(every", '("python:trap:drive", every'), encoding="utf-8")
     assert main(["trap.scn"]) == 2
-    assert "nobody drives: `python:trap:drive`" in capsys.readouterr().err.replace("\n", " ")
+    assert "needs a driver for the controller `python:trap:drive`" in capsys.readouterr().err.replace("\n", " ")
     assert main(["mine.scn", *SMALL, *EGO, "--out", "run"]) == 0
     unchain(Path("run/journal.sqlite"))
     with sqlite3.connect("run/journal.sqlite") as connection:

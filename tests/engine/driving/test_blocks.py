@@ -744,7 +744,7 @@ def refused_kind(driver: object) -> str:
 def test_nobody_drives() -> None:
     """Scenes that nobody has driven cannot be run, and the message says whom to name."""
     scenario = cx.compile_text("ego = new Car on road, with behavior ExternalBehavior()\n", name="mine.scn")
-    with pytest.raises(ControllerError, match="is driven from outside, and nobody drives: `ego` of ego") as caught:
+    with pytest.raises(ControllerError, match="mine needs a driver for the controller `ego` of ego") as caught:
         scenario.simulate(scenario.sample(1))
     assert "--ego python:module:function" in caught.value.cure
 
