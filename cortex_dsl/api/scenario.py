@@ -88,9 +88,8 @@ class Scenario:
 
         Raises:
             ArgumentKindError, ArgumentError: `count`, `seed` or `jobs` cannot be, or the genome has another length.
-            CompileError: it is proved that no scene of the file is valid.
         """
-        from engine.sampling import draw_genomes, sample
+        from engine.sampling import draw_genomes
         from engine.streams import key_rows
 
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
@@ -98,12 +97,8 @@ class Scenario:
             what = f"count: expected at most {MOST_SCENES:,}, got {count:,}"
             raise ArgumentError(what, "draw fewer, by several seeds")
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
-        if genome is not None:
-            return self._drawn(np.tile(arguments.genome_of(self.program, genome), (count, 1)), keys, jobs)
-        genomes = draw_genomes(self.program.space, keys)
-        if count and sample(self.program, genomes[:1], keys[:1], self.config.simulation).verdict[0] in NO_SCENE:
-            self.check_possible()
-        return self._drawn(genomes, keys, jobs)
+        given = None if genome is None else np.tile(arguments.genome_of(self.program, genome), (count, 1))
+        return self._drawn(draw_genomes(self.program.space, keys) if given is None else given, keys, jobs)
 
     def check_possible(self) -> None:
         """Check that it is not proved that no scene is valid.

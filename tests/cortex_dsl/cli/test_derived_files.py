@@ -184,8 +184,11 @@ def interrupting(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 def test_an_interrupted_analysis(
     then: str, interrupting: pytest.MonkeyPatch, cortexc: Command, left_turn: Path, whole: Path, tmp_path: Path
 ) -> None:
-    """The command says so and exits with 130; what was not computed is null; `resume` and `report` compute it."""
-    run = tmp_path / "run"
+    """The command says so and exits with 130; what was not computed is null; `resume` and `report` compute it.
+
+    The folder lies beside the whole one, so that both name the scenario by the same way.
+    """
+    run = whole.parent / f"{tmp_path.parent.name}-{tmp_path.name}"
     stopped = cortexc(left_turn, *SEARCH, "--out", run)
     assert stopped.code == 130
     assert "interrupted" in stopped.out

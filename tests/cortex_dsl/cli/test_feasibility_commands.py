@@ -146,12 +146,11 @@ def test_a_scene_of_what_is_proved_impossible(
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda path: cx.load(path).sample(1_000_000),
         lambda path: cx.search(path, generations=1, population=2),
         lambda path: cx.load(path).search("random", generations=1, population=2),
         lambda path: cx.study(path, methods="random", runs=1, generations=1, population=2),
     ],
-    ids=["sample", "search", "Scenario.search", "study"],
+    ids=["search", "Scenario.search", "study"],
 )
 def test_python_raises_the_proof(ask: Callable[[Path], object], scenario: Scenario) -> None:
     """At once, as the diagnostic of `--check`."""

@@ -90,7 +90,7 @@ except SystemExit as end:
 assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
 from cortex_dsl.__main__ import NEW_BEFORE_A_LOOK
 assert gc.get_threshold()[0] == NEW_BEFORE_A_LOOK
-assert sys.stdout.errors == "replace"
+assert sys.stdout.errors == "plain"
 """
     environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
     command = [sys.executable, "-c", program]

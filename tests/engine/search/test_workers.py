@@ -136,10 +136,10 @@ def test_a_cluster_that_loses_a_worker(
             threading.Timer(0.005, workers[0].send_signal, (signal.SIGKILL,)).start()
 
     options = SearchOptions(on_generation=kill_one, workers=Workers("dask", 2, address))
-    search_and_keep(scenario, "niching", tmp_path, options)
+    search_and_keep(scenario, "niching", tmp_path / "run", options)
     assert workers[0].wait(timeout=300) == -signal.SIGKILL
     assert workers[1].poll() is None
-    assert tables(tmp_path) == alone
+    assert tables(tmp_path / "run") == alone
 
 
 def test_no_scheduler() -> None:
