@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road.network import Lane, LaneRole, Lines, Network, lit_arms
+from engine.road.lights import lit_arms
+from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Bools, Floats
 
 CONSTANT_WIDTH = 0.05

@@ -35,7 +35,8 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.road.build import build_network
-from engine.road.network import Lane, Network, lights_for_nobody
+from engine.road.lights import lights_for_nobody
+from engine.road.network import Lane, Network
 from engine.road.sections import (
     all_intersections,
     faster,

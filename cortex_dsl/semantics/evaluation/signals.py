@@ -41,7 +41,8 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.road.network import Intersection, Lane, RoadSign, lit_arms, signs_at
+from engine.road.lights import lit_arms, signs_at
+from engine.road.network import Intersection, Lane, RoadSign
 from engine.vocabulary import State
 
 ARGUMENTS = ("green", "yellow", "all_red", "offset")

@@ -17,7 +17,8 @@ import numpy as np
 from engine.interchange.recording import ARMS, SignalTimes
 from engine.interchange.xml_writing import Element, child, decimal
 from engine.road.junction import CHORD_TOLERANCE
-from engine.road.network import Arm, Intersection, Lane, LaneRole, Network, lit_arms
+from engine.road.lights import lit_arms
+from engine.road.network import Arm, Intersection, Lane, LaneRole, Network
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 

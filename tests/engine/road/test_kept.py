@@ -5,8 +5,8 @@ import weakref
 
 from engine.maps import RoadSpec
 from engine.road import build_network
+from engine.road.lights import lit_arms
 from engine.road.merging import all_left_by, ways_through
-from engine.road.network import lit_arms
 from engine.road.sections import all_intersections
 
 

@@ -9,7 +9,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.road import Network, build_network
-from engine.road.network import lights_for_nobody, lit_arms, signs_at
+from engine.road.lights import lights_for_nobody, lit_arms, signs_at
 from engine.road.opendrive.network import map_file
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
