@@ -125,13 +125,12 @@ def avoidability(
 ) -> tuple[Avoidability | None, ...]:
     """Return one answer per scene; None for a scene that is invalid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(program, scenes)
-    reach = weather_sight(program, scenes.variant, scenes.values)
+    reach, independent = weather_sight(program, scenes.variant, scenes.values), ignores_ego(program)
     found = np.full((len(scenes), len(ReferenceDrive._fields)), float(NEVER))
 
     def drive(window: Window) -> None:
-        reference_rows(
-            shared, rows, reach, window, drive_memory(program, config, samples_of(config) + 1), driver, found
-        )
+        scratch = drive_memory(program, config, samples_of(config) + 1, independent=independent)
+        reference_rows(shared, rows, reach, window, scratch, driver, found)
 
     in_parts(len(scenes), jobs, drive)
     return tuple(None if row[0] == NEVER else _answer(_drive_of(row), config.time_step) for row in found.tolist())
@@ -158,25 +157,25 @@ def blame(
         requested(program, scenes),
         weather_sight(program, scenes.variant, scenes.values),
     )
-    said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
+    said, independent = np.full(len(scenes), int(Blame.NONE), dtype=np.int32), ignores_ego(program)
 
     def drive(window: Window) -> None:
-        scratch = drive_memory(program, config, samples_of(config) + 1)
+        scratch = drive_memory(program, config, samples_of(config) + 1, independent=independent)
         avoidability_rows(shared, rows, reach, window, scratch, R157, said)
 
     in_parts(len(scenes), jobs, drive)
     return said
 
 
-def drive_memory(program: Program, config: SimulationConfig, samples: int) -> DriveMemory:
-    """Return memory for runs of `samples` samples and `LONGEST` more."""
+def drive_memory(program: Program, config: SimulationConfig, samples: int, *, independent: bool = False) -> DriveMemory:
+    """Return memory for runs of `samples` samples and `LONGEST` more; `independent`: the others ignore the ego."""
     run = memory(program, samples + math.ceil(LONGEST / config.time_step))
     return DriveMemory(
         run,
         outlines=np.zeros((len(program.actors), 3)),
         path=np.zeros((len(run.states), PATH_COLUMNS)),
         own=np.zeros((len(run.states), len(State))),
-        independent=ignores_ego(program),
+        independent=independent,
         touching=others_touch(program),
     )
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 
-from engine.opcodes import INSTRUCTIONS, MANY, NUMBER, Op
-from engine.operators import OPERATORS
+from engine.opcodes import MANY, NUMBER, Op
+from engine.operators import OPERATORS, signature
 from engine.program import Program
 from engine.tables import Ints, Size
 
@@ -47,14 +47,13 @@ def ignores_ego(program: Program) -> bool:
 def _written(instruction: list[int]) -> range:
     """Return the registers that an instruction writes."""
     op, destination, *_ = instruction
-    return range(destination, destination + (INSTRUCTIONS[Op(op)].results if op in INSTRUCTIONS else 1))
+    return range(destination, destination + signature(Op(op)).results)
 
 
 def _read(instruction: list[int], last: int) -> Iterator[int]:
     """Yield the registers that an instruction reads, those before `last` where their number is not known."""
     op, _, *operands = instruction
-    counts = INSTRUCTIONS[Op(op)].operands if op in INSTRUCTIONS else (1,) * OPERATORS[Op(op)].arity
-    for operand, count in zip(operands, counts, strict=False):
+    for operand, count in zip(operands, signature(Op(op)).operands, strict=False):
         if count != NUMBER:
             yield from range(operand, last if count == MANY else operand + count)
 

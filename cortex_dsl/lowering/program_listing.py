@@ -7,8 +7,8 @@ bare; jumps name rows.
 
 from collections.abc import Callable, Iterator, Sequence
 
-from engine.opcodes import INSTRUCTIONS, Op
-from engine.operators import OPERATORS
+from engine.opcodes import Op
+from engine.operators import signature
 from engine.program import Program
 from engine.tables import Size
 from engine.vocabulary import ActorKind, Column, Command, GeneKind, State, TemporalOp, Turns
@@ -164,7 +164,7 @@ def _rows(rows: Sequence[Sequence[int]], first: int, name: Namer, lines: Sequenc
 
 def _instruction(row: Sequence[int], name: Namer) -> str:
     op, destination, operands = Op(row[0]), row[1], row[2:]
-    counts, results = INSTRUCTIONS.get(op) or ((1,) * OPERATORS[op].arity, 1)
+    counts, results = signature(op)
     words = [
         name(operand) if count else _plain(op, position, operand)
         for position, (operand, count) in enumerate(zip(operands, counts, strict=False))

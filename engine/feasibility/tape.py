@@ -11,8 +11,8 @@ import numpy as np
 
 from engine.feasibility.bounds import GEOMETRY
 from engine.frozen import frozen
-from engine.opcodes import INSTRUCTIONS, Op
-from engine.operators import OPERATORS
+from engine.opcodes import Op
+from engine.operators import OPERATORS, signature
 from engine.program import Program
 from engine.tables import CodeTables, Size
 from engine.vocabulary import Column
@@ -163,7 +163,7 @@ class _Recorder:
 
     def _forget(self, start: int, end: int) -> None:
         for row in self.code.scene_code[start:end].tolist():
-            for n in range(_results(Op(row[0]))):
+            for n in range(signature(Op(row[0])).results):
                 self.slot_of[row[1] + n] = self.unknown
 
     def _run(self, start: int, end: int) -> None:
@@ -172,7 +172,7 @@ class _Recorder:
             if op == Op.END:
                 return
             registers, number = _operands(op, numbers)
-            results = _results(op)
+            results = signature(op).results
             known = op in OPERATORS or op in GEOMETRY or op == Op.TABLE
             if known:
                 operands = tuple(self._read(register) for register in registers)
@@ -182,15 +182,9 @@ class _Recorder:
             self.slots += results if known else 0
 
 
-def _results(op: Op) -> int:
-    return INSTRUCTIONS[op].results if op in INSTRUCTIONS else 1
-
-
 def _operands(op: Op, numbers: list[int]) -> tuple[list[int], int]:
     """Return the registers that an instruction reads, and its integer."""
-    if op in OPERATORS:
-        return numbers[: OPERATORS[op].arity], 0
-    counts = INSTRUCTIONS[op].operands
+    counts = signature(op).operands
     registers = [register + n for register, count in zip(numbers, counts, strict=False) for n in range(count)]
     return registers, numbers[0] if op == Op.TABLE else 0
 

@@ -6,8 +6,7 @@ if they react to anything, to the ego of the reference driver. That driver brake
 hard as the ego in the case, up to full braking, since a driver taking over does not release the pedal. Full braking is
 that of the reference driver, of the ego's own brakes, or the grip of its tyres, whichever is least.
 
-Where nothing that the others do depends on the ego, and none of them touches another, they move in every drive as in
-the case: then only the ego is moved.
+Where nothing that the others do depends on the ego, they move alike in every drive: then only the ego is moved.
 
 Earlier braking is not always better, since an ego braking later may pass before the other: all moments are tried.
 `avoidability_rows` omits these trials: a single drive answers yes or no, for thousands of collisions in the time of a
@@ -163,8 +162,9 @@ def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, drive
     perceived = perceive(plan, run, contact, other, outlines, path, driver)
     starts_in_it = is_in_sight(plan, run, 0, other, outlines, path, driver)
     driving = abs(run.states[0, 0, State.SPEED]) > STANDING
-    recorded = memory.independent and (not memory.touching or _none_touch(plan, run, memory, case, contact, until))
-    again = Replayed(case, contact, until, outlines, path, memory.own, recorded)
+    if memory.independent and memory.touching:
+        _record_others(plan, run, memory, case, contact, until)
+    again = Replayed(case, contact, until, outlines, path, memory.own, memory.independent)
     braking = contact if perceived == NEVER else perceived + first_sample(driver.reaction, time_step)
     begun = min(braking, contact)
     drive = _drive(plan, run, again, begun, driver)
@@ -228,7 +228,7 @@ def _blame(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> int:
         return UNAVOIDABLE
     driver = in_its_car(plan, run, driver)
     until = _carry_on(plan, run, memory, driver)
-    recorded = memory.independent and not memory.touching  # else a single drive costs less than to find out
+    recorded = memory.independent and not memory.touching  # else a single drive costs as much as to record the others
     again = Replayed(case, contact, until, outlines, path[: until + 1], memory.own, recorded)
     perceived = perceive(plan, run, latest, other, outlines, again.path, driver)
     if perceived == NEVER or _drive(plan, run, again, perceived + reaction, driver).touched:
@@ -289,10 +289,8 @@ def _copy_row(source: Floats, target: Floats) -> None:
 
 
 @kernel
-def _none_touch(plan: Plan, run: Run, memory: DriveMemory, case: Case, contact: int, until: int) -> bool:
-    """Record the others anew up to the sample `until`, past the contact of the ego; return True if none of them touches
-    another or a building.
-    """
+def _record_others(plan: Plan, run: Run, memory: DriveMemory, case: Case, contact: int, until: int) -> None:
+    """Record the others anew up to the sample `until`, past the contact of the ego, with impacts among them."""
     begin(plan, run, case.variant, case.values, case.key, case.actions)
     scored = run.status[Status.END] == RUNNING
     advance(plan, run, contact - 1, scored)
@@ -300,7 +298,6 @@ def _none_touch(plan: Plan, run: Run, memory: DriveMemory, case: Case, contact: 
     for k in range(contact - 1, until):
         _copy_row(memory.own[k + 1], run.states[k + 1, 0])
         advance(plan, run, k + 1, not scored)
-    return run.status[Status.IMPACTS] == 0 and run.status[Status.OTHERS_ONE] < 0
 
 
 @inlined

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.kernels import scalars
-from engine.opcodes import Op
+from engine.opcodes import INSTRUCTIONS, Instruction, Op
 from engine.operators import bounds, intervals, narrowing
 from engine.operators.bounds import DIVISIONS, POWERS, Bounds, Domain, within
 from engine.operators.intervals import Forward, Interval
@@ -255,3 +255,8 @@ OPERATORS: Mapping[Op, Operator] = {
     Op.NORMAL_CDF: Operator(scalars.normal_cdf, intervals.normal_cdf),
 }  # fmt: skip
 """Every scalar instruction but `Op.TABLE`, which reads the program's pool."""
+
+
+def signature(op: Op) -> Instruction:
+    """Return the operands and results of any instruction."""
+    return INSTRUCTIONS[op] if op in INSTRUCTIONS else Instruction((1,) * OPERATORS[op].arity)

@@ -273,6 +273,9 @@ def test_the_others_move_as_recorded_only_where_that_changes_nothing(
     scenes = scenario.sample(600, seed=5)
     found = avoidability(scenario.program, scenes), blame(scenario.program, scenes).tolist()
     assert len({each and each.avoidance for each in found[0]}) > 2
+    outcomes = simulate(scenario.program, scenes)
+    both = outcomes.collided & np.isfinite(outcomes.others_contact_time)
+    assert both.any() == name.startswith("third")
     monkeypatch.setattr(module, "ignores_ego", lambda program: False)
     again = avoidability(scenario.program, scenes), blame(scenario.program, scenes).tolist()
     assert repr(found) == repr(again)

@@ -146,9 +146,8 @@ def _shrunk(part: Any) -> Any:
         shrunk = part.difference(strip)
     # An inner parallel outline is not longer than the outline itself, except for 2 pi r at each hole (Steiner); GEOS
     # simplifies buffered outlines by 1 % of the distance.
-    _check_loss(
-        part, shrunk, 1.01 * (part.length * GAP + math.pi * GAP**2 * sum(len(each.interiors) for each in _parts(part)))
-    )
+    holes = sum(len(each.interiors) for each in _parts(part))
+    _check_loss(part, shrunk, 1.01 * (part.length * GAP + math.pi * GAP**2 * holes))
     with _named([part]):
         final = rounded(shrunk.simplify(SMOOTH))
     _check_loss(shrunk, final, shrunk.length * SMOOTH)

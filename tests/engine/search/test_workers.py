@@ -221,6 +221,16 @@ def test_a_cluster_that_does_not_start(monkeypatch: pytest.MonkeyPatch) -> None:
         pass
 
 
+def said_by(folder: Path, program: str, *words: str) -> str:
+    """Run a program that starts processes, from a file; return its output. It may say nothing on stderr, nor hang."""
+    (folder / "program.py").write_text(program)
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "program.py", *words]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=True)
+    assert done.stderr == ""
+    return done.stdout
+
+
 WAITING = """
 import os, signal
 from concurrent.futures.process import BrokenProcessPool
@@ -265,27 +275,12 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("when", ["busy", "starting"])
 def test_a_process_that_is_busy_is_not_waited_for(when: str, tmp_path: Path) -> None:
     """Neither one that works for as long as this process lives, nor one that still starts."""
-    (tmp_path / "busy.py").write_text(BUSY)
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    words = [sys.executable, "busy.py", when]
-    run = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60, check=True)
-    assert run.stdout == "over\n"
-    assert run.stderr == ""
+    assert said_by(tmp_path, BUSY, when) == "over\n"
 
 
 def test_a_killed_process_is_not_waited_for(tmp_path: Path) -> None:
     """A worker dies while more is on its way to it than a pipe holds: the pool still closes."""
-    (tmp_path / "waiting.py").write_text(WAITING)
-    done = subprocess.run(
-        [sys.executable, "waiting.py"],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=True,
-    )
-    assert done.stdout.split() == ["broken", "over"]
+    assert said_by(tmp_path, WAITING).split() == ["broken", "over"]
 
 
 ANSWERING = """
@@ -309,17 +304,7 @@ if __name__ == "__main__":
 
 def test_a_process_that_is_ended_amid_its_answer_is_not_waited_for(tmp_path: Path) -> None:
     """Results are larger than a pipe, so that an interrupt of the block comes while one is being written."""
-    (tmp_path / "answering.py").write_text(ANSWERING)
-    done = subprocess.run(
-        [sys.executable, "answering.py"],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=True,
-    )
-    assert done.stdout == "over\n"
+    assert said_by(tmp_path, ANSWERING) == "over\n"
 
 
 class Backwards(Executor):
