@@ -26,7 +26,6 @@ from engine.vocabulary import EndReason, Verdict
 if TYPE_CHECKING:
     from cortex_dsl.report.blocks import Block
     from cortex_dsl.report.findings.run_report import RunReport
-    from cortex_dsl.report.findings.story import Moment
     from engine.acceptance import Account
     from engine.driving.blocks import Driver
     from engine.metrics import Metric
@@ -106,7 +105,6 @@ class Simulated:
 
     outcomes: Outcomes
     trajectory: Trajectory
-    aftermath: "Sequence[Moment]"
     impacts: "Sequence[Impact]" = ()
 
 
@@ -140,17 +138,13 @@ def draw(scenario: Scenario, seed: int | None) -> tuple[Scenes, Tally]:
 
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     if engine == "world":
-        from cortex_dsl.report.findings.story import aftermath
-
         run = scenario.watch(scenes)
-        moments = aftermath(scenario.program, run.impacts, run.trajectory)
-        return Simulated(run.outcomes, run.trajectory, moments, run.impacts)
+        return Simulated(run.outcomes, run.trajectory, run.impacts)
     from engine import batch
 
-    outcomes = scenario.simulate(scenes)
-    return Simulated(
-        outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation, scenario.config.contact), ()
-    )
+    config = scenario.config
+    trajectory = batch.trajectory(scenario.program, scenes, 0, config.simulation, config.contact)
+    return Simulated(scenario.simulate(scenes), trajectory)
 
 
 def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> "RunReport":
@@ -167,7 +161,7 @@ def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simu
         scenes=scenes,
         outcomes=simulated.outcomes,
         trajectory=simulated.trajectory,
-        aftermath=simulated.aftermath,
+        impacts=simulated.impacts,
         metrics=_metrics(scenario, scenes, simulated),
         records=recorded(scenario.program, simulated.trajectory),
         score=int(risk.score[0]),
@@ -214,8 +208,9 @@ def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> N
         terminal.document("run", run_content(report, str(request.file)))
     else:
         from cortex_dsl.report.terminal.render import rendered
-        from cortex_dsl.report.views.run import run_screen
+        from cortex_dsl.report.views.run import run_screen, with_short_names
 
+        report = with_short_names(report)
         console, ascii_only = terminal.out, terminal.out.options.ascii_only
         console.print(rendered(run_screen(report), console.width, ascii_only=ascii_only))
         if request.metrics:

@@ -10,7 +10,7 @@ import numpy as np
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import ObjectiveResult, objective_results, objectives_content
 from cortex_dsl.report.findings.readable import SpeedUnit, gene_value, speed_unit
-from cortex_dsl.report.findings.story import REST, RULE_TEXTS, Moment, in_order, story_of
+from cortex_dsl.report.findings.story import REST, RULE_TEXTS, Moment, aftermath, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
 from cortex_dsl.semantics.names.linking import FixedParam
 from engine.outcomes import PAIRS, Outcomes, Result
@@ -22,6 +22,7 @@ from engine.vocabulary import EndReason, State, Verdict
 
 if TYPE_CHECKING:
     from engine.metrics import Metric, Recorded
+    from engine.scenes import Impact
 
 PARTS: Sequence[tuple[str, int, str]] = (
     ("C", 10, ""),
@@ -41,8 +42,8 @@ class RunReport:
     scenes: Scenes
     outcomes: Outcomes
     trajectory: Trajectory
-    aftermath: Sequence[Moment]
-    """Events in the world after contact."""
+    impacts: "Sequence[Impact]"
+    """Impacts in the world host; () in the batch host, which ends at contact."""
     metrics: "Sequence[Metric]"
     """Metrics of a valid run; empty otherwise."""
     records: "Sequence[Recorded]"
@@ -66,7 +67,8 @@ class RunReport:
     def story(self) -> list[Moment]:
         """Return the events of the run in order of time."""
         driven = story_of(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
-        return in_order([*driven, *self.aftermath])
+        after = aftermath(self.program, self.impacts, self.trajectory) if self.engine == "world" else ()
+        return in_order([*driven, *after])
 
     @property
     def objective_results(self) -> tuple[ObjectiveResult, ...]:

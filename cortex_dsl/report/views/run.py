@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from cortex_dsl.report.findings.readable import (
     fixed,
     format_gene,
     name_of,
+    short_names,
     shortened,
     significant,
 )
@@ -45,6 +47,8 @@ PICTURE, LEAST_PICTURE = 20, 9
 """Most and fewest lines of the picture."""
 EVENTS, PAIRS, RESULTS = 8, 3, 3
 """Most rows of events, of pairs, and of objectives and records each."""
+NAME = 20
+"""Characters of the name of an actor."""
 PARAMS = 210
 """Characters of the params."""
 MORE = "--metrics shows"
@@ -61,6 +65,12 @@ def run_screen(report: RunReport) -> Title:
     rows = max(LEAST_PICTURE, min(PICTURE, LINES - 7 - sum(map(height_of, below))))
     picture = Title("Scene", [Picture([Panel(drawing)], rows)], _attempts(report))
     return title_of(report.program, [headline(report, found), picture, *below])
+
+
+def with_short_names(report: RunReport) -> RunReport:
+    """Return a report in which long names of actors lose their middle."""
+    names = tuple(short_names(report.program.actors, NAME))
+    return replace(report, program=replace(report.program, actors=names))
 
 
 def title_of(program: Program, blocks: Sequence[Block]) -> Title:

@@ -37,8 +37,8 @@ class Mark:
     made: Contents
     decided: Contents
     imported: dict[str, Contents]
-    terms: int
-    """How many the algebra knew."""
+    terms: tuple[int, ...]
+    """`Algebra.sizes`"""
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Marks:
             return
         imported = {name: dict(names) for name, names in run.imported.items()}
         whole, made, decided = map(_contents, (run, run.built, run.decisions))
-        self.marks.append(Mark(statement, decisions, whole, made, decided, imported, len(run.algebra.known)))
+        self.marks.append(Mark(statement, decisions, whole, made, decided, imported, run.algebra.sizes()))
 
     def back(self, oracle: Oracle) -> tuple[VariantState, int] | None:
         """Return the state for the next variant and the statement to continue at; None: start again."""
@@ -80,8 +80,7 @@ class Marks:
             run.imported[name].clear()
             run.imported[name].update(names)
         run.decisions.oracle = oracle
-        while len(run.algebra.known) > mark.terms:
-            run.algebra.known.popitem()
+        run.algebra.forget_since(mark.terms)
         return run, mark.statement
 
     def close(self) -> None:

@@ -156,9 +156,23 @@ class Algebra:
     undefined: dict[ir.Expr, bool] = field(default_factory=dict)
     """Whether a term may have no value, as far as `Evaluator.may_be_undefined` has tested it."""
 
+    @property
+    def _tables(self) -> tuple[dict[Any, Any], ...]:
+        return self.known, self.closed, self.intervals, self.undefined
+
+    def sizes(self) -> tuple[int, ...]:
+        """Return the numbers of terms that are known, for `forget_since`."""
+        return tuple(map(len, self._tables))
+
+    def forget_since(self, sizes: Sequence[int]) -> None:
+        """Forget all terms that became known after `sizes` were read."""
+        for terms, size in zip(self._tables, sizes, strict=True):
+            while len(terms) > size:
+                terms.popitem()
+
     def close(self) -> None:
         """Forget all terms, which refer to their algebra."""
-        for terms in (self.known, self.closed, self.intervals, self.undefined):
+        for terms in self._tables:
             terms.clear()
 
     def literal(self, value: float) -> Constant:

@@ -49,7 +49,7 @@ from cortex_dsl.report.page.render import nodes
 from cortex_dsl.report.terminal import render as terminal
 from cortex_dsl.report.terminal.theme import THEME
 from cortex_dsl.report.views.measures import run_details
-from cortex_dsl.report.views.run import LINES, run_screen
+from cortex_dsl.report.views.run import LINES, run_screen, with_short_names
 from cortex_dsl.report.views.search import comparison_screen, search_screen
 from cortex_dsl.report.views.search_details import paper_details, search_details
 from engine.program import Program
@@ -71,7 +71,7 @@ SCALES = (1.0, -1.0, 100.0, 3.6)
 @pytest.fixture
 def run(program: Program, scenes: Any, outcomes: Any, trajectory: Any) -> RunReport:
     known: dict[str, Any] = {"score": 11, "parts": (0.0, 4.0, 3.0, 4.0), "pair": 0, "profile": "paper"}
-    known |= {"engine": "world", "road": ROAD, "metrics": METRICS, "records": RECORDS, "aftermath": ()}
+    known |= {"engine": "world", "road": ROAD, "metrics": METRICS, "records": RECORDS, "impacts": ()}
     again = "cortexc examples/left_turn.scn --seed 0"
     return RunReport(program=program, scenes=scenes, outcomes=outcomes, trajectory=trajectory, reproduce=again, **known)
 
@@ -371,3 +371,12 @@ def test_a_lone_ego_has_no_worst_cases(program: Program, report: SearchReport) -
     text = text_of(search_screen(alone, replace(report, cases=(), kinds=()), ""))
     assert "the ego is the only actor" in text
     assert "worst cases" not in text
+
+
+def test_long_names_of_actors_lose_their_middle(run: RunReport) -> None:
+    """In every line of a run, so that the events keep their room."""
+    long = tuple(f"{name}{'_' * 50}{number}" for number, name in enumerate(run.program.actors))
+    shown = with_short_names(replace(run, program=replace(run.program, actors=long)))
+    text = text_of(run_screen(shown), 80)
+    assert "_" * 15 not in text
+    assert all(name in text for name in shown.program.actors)

@@ -97,7 +97,7 @@ def run(program: Program, scenes: Scenes, outcomes: Outcomes, trajectory: Trajec
         scenes=scenes,
         outcomes=outcomes,
         trajectory=trajectory,
-        aftermath=(),
+        impacts=(),
         score=11,
         parts=(0.0, 4.0, 3.0, 4.0),
         pair=0,
