@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cortex_dsl.report.findings.readable import counted, format_gene, gene_value, percent, ratio, significant
+from cortex_dsl.report.findings.readable import ABSENT, counted, format_gene, gene_value, percent, ratio, significant
 from engine.program import Program
 from engine.vocabulary import Verdict
 
@@ -111,7 +111,7 @@ def blame_note(account: "Account") -> str:
 
 
 def missed_by(account: "Account", blame: "Blame") -> str:
-    return "–" if blame.nearest < 0 else amount_text(account, blame.requirement, _shortfall(account, blame))
+    return ABSENT if blame.nearest < 0 else amount_text(account, blame.requirement, _shortfall(account, blame))
 
 
 def _shortfall(account: "Account", blame: "Blame") -> float:

@@ -302,7 +302,7 @@ POINTS = 40
 
 
 def shared_road(replay: CaseReplay) -> Element:
-    """The road, drawn once for all pictures of its page."""
+    """Return the road, drawn once for all pictures of its page."""
     road = scene_svg.road_layer(replay.road)
     return element("svg", element("defs", element("g", road, id=ROAD)), class_="shared", aria_hidden="true")
 

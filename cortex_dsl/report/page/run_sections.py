@@ -180,7 +180,7 @@ HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from
 
 
 def likely(run: StoredRun) -> Element:
-    """The section of a run's page.
+    """Return the section on the probability of a collision.
 
     Raises:
         StoreError: the estimates cannot be read.
@@ -333,7 +333,7 @@ def _shown(evaluations: Evaluations) -> np.ndarray:
 
 
 def where_it_fails(record: Record) -> Iterator[Node]:
-    """The section of a run's page; none where no pair of params can be shown."""
+    """Yield the section of a run's page on the places of failures; nothing if no pair of params can be shown."""
     parameters = record.manifest.parameters
     maps, finds = heat_maps(parameters, record.evaluations), finds_of(record.manifest.objective)
     if maps:

@@ -24,7 +24,7 @@ from engine.vocabulary import State
 def still_view(
     program: Program, scenes: Scenes, road: Outline, ways: Trajectory, note: str, width: int, *, ascii_only: bool
 ) -> RenderableType:
-    """Row 0 of the scenes. `ways`: its run, of which the first sample and the ways are shown."""
+    """Return the view of row 0 of the scenes; `ways`: its run, of which the first sample and the ways are shown."""
     canvas = draw_scene(road, ways, None, min(DRAWING_COLUMNS, width - 6), ascii_only=ascii_only)
     for actor in reversed(range(len(program.actors))):
         _draw_actor(canvas, ways, actor)
@@ -33,15 +33,15 @@ def still_view(
     space = program.space
     below = [Title("Params", [params_table(space, scenes.genomes[0])])] if len(space) else []
     below += choices_views(program, scenes)
-    scene = section("Scene", _beside(drawing, legend, width), _found(scenes, note))
+    scene = section("Scene", _side_by_side(drawing, legend, width), _attempts_text(scenes, note))
     return Group(scene, parts_view(below, width, ascii_only=ascii_only))
 
 
-def _found(scenes: Scenes, note: str) -> str:
+def _attempts_text(scenes: Scenes, note: str) -> str:
     return f"{note}, found after {counted(int(scenes.attempts[0]), 'attempt')}"
 
 
-def _beside(drawing: Text, legend: RenderableType, width: int) -> RenderableType:
+def _side_by_side(drawing: Text, legend: RenderableType, width: int) -> RenderableType:
     if width < MIN_WIDTH_SIDE_BY_SIDE:
         return Group(drawing, legend)
     table = Table.grid(padding=(0, 3))

@@ -82,10 +82,10 @@ MOST_CURES = 3
 
 def blame_view(account: "Account") -> Title:
     """Return all requirements that failed at least once, and the conclusions."""
-    return Title("Which requirement is to blame", _blamed(account), blame_note(account))
+    return Title("Which requirement is to blame", _blame_blocks(account), blame_note(account))
 
 
-def _blamed(account: "Account") -> list[Block]:
+def _blame_blocks(account: "Account") -> list[Block]:
     failing = [blame for blame in account.blames if blame.alone < 1.0]
     if not failing:
         return [Note(ALWAYS, "quiet")]
@@ -193,14 +193,14 @@ def weighing_view(
     after = account.weighing
     line = _acceptance_note(before, after)
     if not after.accepted.any():
-        return line, _blamed(account)
+        return line, _blame_blocks(account)
     failing = [b for b in account.blames if b.alone < 1.0 or b.requirement in fresh]
     shown = [b for b in failing if b.requirement in fresh] + [b for b in failing if b.requirement not in fresh]
     blocks: list[Block] = []
     if shown:
         blocks.append(_weighing_table(account, sorted(shown[:MOST_ROWS], key=failing.index), fresh))
     words: list[str | Value] = [Value("left of ", "quiet")]
-    for position, remains in enumerate(_remains(before, after)):
+    for position, remains in enumerate(_remaining_ranges(before, after)):
         words += [", "] if position else []
         words += remains
     return line, [*blocks, *([Note(words)] if len(words) > 1 else [])]
@@ -232,7 +232,9 @@ def _weighing_table(account: "Account", blames: "list[Blame]", fresh: Collection
     return Table((*columns, Column("after earlier", numbers=True, rank=1)), rows)
 
 
-def _remains(before: "AcceptanceStatistics | None", after: "AcceptanceStatistics") -> Iterator[tuple[str | Value, ...]]:
+def _remaining_ranges(
+    before: "AcceptanceStatistics | None", after: "AcceptanceStatistics"
+) -> Iterator[tuple[str | Value, ...]]:
     """Yield the remaining range of each param that shrank clearly."""
     space = after.program.space
     rows = after.genomes[after.accepted]

@@ -69,7 +69,7 @@ def bound_arguments(name: str, given: Sequence[Given], span: Span) -> list[Given
 
 
 def scaled(argument: Given, unit: Unit | None) -> Quantity:
-    """A number of a distribution, with the unit behind the call applied."""
+    """Return a number of a distribution, with the unit behind the call applied."""
     number = numbers.quantity(argument.value, argument.span, "a bound of a distribution")
     if unit is None:
         return number
@@ -79,7 +79,7 @@ def scaled(argument: Given, unit: Unit | None) -> Quantity:
 
 
 def alike(arguments: Sequence[Given], site: Site) -> tuple[list[Term], ir.Dimension | None]:
-    """Numbers of one dimension."""
+    """Return the numbers of a distribution, and their common dimension."""
     scaled_numbers = [scaled(argument, site.unit) for argument in arguments]
     dimension = None
     for number in scaled_numbers:
@@ -88,7 +88,7 @@ def alike(arguments: Sequence[Given], site: Site) -> tuple[list[Term], ir.Dimens
 
 
 def check_order(name: str, low: float | None, high: float | None, span: Span) -> None:
-    """Known bounds must hold more than one value."""
+    """Check that known bounds contain more than one value."""
     if low is None or high is None:
         return
     if low > high:
@@ -100,7 +100,7 @@ def check_order(name: str, low: float | None, high: float | None, span: Span) ->
 
 
 def in_order(ev: Evaluator, name: str, bounds: list[Given], span: Span) -> list[Given]:
-    """Bounds of a `Range`; a reversed one means the same in Scenic's files, which is said."""
+    """Return the bounds of a `Range` in order: in a file of Scenic, reversed bounds are turned, with a note."""
     low, high = (plain(bound) for bound in bounds[-2:])
     if ev.facts.from_scenic and low is not None and high is not None and low > high and name.endswith("Range"):
         ev.report(TURNED_RANGE.at(span, low=f"{high:g}", high=f"{low:g}"))
@@ -138,7 +138,7 @@ def deviation_of(ev: Evaluator, argument: Given, value: Term, dimension: ir.Dime
 
 
 def plain(argument: Given) -> float | None:
-    """A known number as it was written, for messages about it."""
+    """Return a known number as it was written, for messages; None for others."""
     return closed_value(argument.value.expr) if isinstance(argument.value, Quantity) else None
 
 
