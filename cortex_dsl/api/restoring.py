@@ -17,6 +17,7 @@ from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.plain_text import as_argument
 from engine.atomic import Content
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
+from engine.search.insight.kinds import collisions_of
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.run import Task, summarize
@@ -35,7 +36,7 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
         KeyboardInterrupt: the analysis was interrupted.
     """
     from engine.risk import PROFILES
-    from engine.search.evaluator import make_blaming, make_evaluator
+    from engine.search.evaluator import make_evaluator
 
     record, program, config = run.record, run.scenario.program, run.scenario.config
     manifest = record.manifest
@@ -49,7 +50,7 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
         manifest.method,
         manifest.preset,
         manifest.objective,
-        make_blaming(program, config),
+        lambda _genomes, _keys: run.blame[collisions_of(record.evaluations)],
     )
     done = list(zip(record.past(), record.generations, strict=True))
     campaign = summarize(task, done, status)
