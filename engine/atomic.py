@@ -11,7 +11,7 @@ import re
 import secrets
 import stat
 import time
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +23,8 @@ try:
 except ImportError:  # Windows has no such locks: nothing is ever removed there
     fcntl = None
 
+Content = bytes | Iterable[bytes]
+"""Content of a file, or its parts in their order; it can be iterated more than once."""
 WAITING = re.compile(r"\..*\.[0-9a-f]{8}\.cortexc-part")
 """Pattern of the name of a file that is not yet in its place."""
 LONGEST_NAME = 100
@@ -46,7 +48,7 @@ def leads_nowhere(path: Path) -> bool:
     return os.path.islink(path) and not os.path.exists(path)  # noqa: PTH110, PTH114 - those of pathlib raise
 
 
-def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
+def standing(folder: Path, files: Mapping[str, Content]) -> Standing:
     """Compare a folder, which may be missing, with the files to be written into it.
 
     Raises:
@@ -61,18 +63,25 @@ def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
     return Standing(frozenset(same), tuple(other))
 
 
-def _holds(path: Path, content: bytes) -> bool:
-    """Return True if the file has this content. Only a regular file of that size is read: a pipe may block."""
+def _holds(path: Path, content: Content) -> bool:
+    """Return True if the file has this content. Only a regular file is read: a pipe may block."""
     try:
         found = path.stat()
     except FileNotFoundError:  # a link without a target
         return False
     if stat.S_ISDIR(found.st_mode):
         return path.read_bytes() == content  # raises the fitting OSError
-    return stat.S_ISREG(found.st_mode) and found.st_size == len(content) and path.read_bytes() == content
+    if not stat.S_ISREG(found.st_mode) or (isinstance(content, bytes) and found.st_size != len(content)):
+        return False
+    with path.open("rb") as file:
+        return all(file.read(len(part)) == part for part in _parts(content)) and not file.read(1)
 
 
-def write_one(path: Path, content: bytes) -> None:
+def _parts(content: Content) -> Iterable[bytes]:
+    return (content,) if isinstance(content, bytes) else content
+
+
+def write_one(path: Path, content: Content) -> None:
     """Write a content to a file. An existing file keeps mode and owner; a link is followed.
 
     Raises:
@@ -100,7 +109,7 @@ class TakenError(FileExistsError, Signal):
     """Another process wrote a file meanwhile."""
 
 
-def write_all(folder: Path, files: Mapping[str, bytes], *, over: bool = True) -> None:
+def write_all(folder: Path, files: Mapping[str, Content], *, over: bool = True) -> None:
     """Write files into a folder, which is created if it is missing; after an error no file is written.
 
     Without `over` each file must be new: of two processes that write the same names, one is refused.
@@ -149,7 +158,7 @@ def _waiting(place: Path) -> Path:
     return place.with_name(f".{cut}.{secrets.token_hex(4)}.cortexc-part")
 
 
-def _write(waiting: Path, place: Path, content: bytes, mode: int) -> None:
+def _write(waiting: Path, place: Path, content: Content, mode: int) -> None:
     """Write a new file through to the disk, so that a full disk is reported before the name is taken."""
     try:
         number = os.open(waiting, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
@@ -157,7 +166,7 @@ def _write(waiting: Path, place: Path, content: bytes, mode: int) -> None:
         error.filename = str(place)  # the name that people know
         raise
     with os.fdopen(number, "wb") as file:
-        file.write(content)
+        file.writelines(_parts(content))
         file.flush()
         os.fsync(number)
 

@@ -68,6 +68,11 @@ class SearchConfig:
     probes: int = 32
     """Number of cases in which each gene is moved alone at the end of a campaign, outside the budget; 0 = none."""
 
+    @property
+    def simulations(self) -> int:
+        """Return the planned number of simulations; a repeated elite counts again."""
+        return self.generations * self.population * self.rollouts
+
 
 @frozen
 class GAConfig:

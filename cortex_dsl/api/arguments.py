@@ -145,6 +145,7 @@ class SearchSettings(BudgetSettings, total=False):
     preset: str
     on_generation: "OnGeneration | None"
     workers: "Workers | None"
+    tables: bool
 
 
 class StudySettings(BudgetSettings, total=False):
@@ -178,7 +179,7 @@ def with_keywords(function: Function) -> Function:
     *named, rest = signature.parameters.values()
     (settings,) = get_args(rest.annotation)
     defaults: dict[str, Any] = {each.name: each.default for each in fields(SearchConfig)}
-    defaults |= {"profile": PROFILE, "preset": PRESET, "force": False}
+    defaults |= {"profile": PROFILE, "preset": PRESET, "force": False, "tables": False}
     keywords = [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=defaults.get(name), annotation=annotation)
         for name, annotation in settings.__annotations__.items()

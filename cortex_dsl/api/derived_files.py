@@ -7,13 +7,14 @@ They contain a checksum of themselves (`engine.checksums`). A page and the answe
 their journal; estimates do not, as they depend on the program alone, and contain its digest.
 """
 
+import os
 from collections.abc import Collection, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from cortex_dsl.api.concrete import map_copies
-from engine.atomic import standing, write_one
+from engine.atomic import Content, standing, write_one
 from engine.checksums import has_checksum, is_unchanged, journal_of
 from engine.config import Config
 from engine.program import Program
@@ -21,7 +22,7 @@ from engine.search.campaign import Campaign
 from engine.search.manifest import Manifest
 from engine.search.probability.estimates import FILE_NAME as ESTIMATES
 from engine.search.ranking import Case, lost_cases
-from engine.search.result_files import result_files
+from engine.search.result_files import TABLES, result_files
 from engine.search.store import StoreError, store_errors
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def worst_files(folder: Path) -> list[Path]:
     return sorted((folder / WORST_FOLDER).glob(CASE))
 
 
-def stale_cases(folder: Path, files: Mapping[str, bytes]) -> list[Path]:
+def stale_cases(folder: Path, files: Mapping[str, Content]) -> list[Path]:
     """Return cases that are there from before the run went on, and are none of these files."""
     found = (path for name in (WORST_FOLDER, FAILURE_FOLDER) for path in (folder / name).glob(CASE))
     return [path for path in found if f"{path.parent.name}/{path.name}" not in files]
@@ -84,9 +85,18 @@ def _case(scenario: Writable, case: Case, file: str, link: str) -> dict[str, byt
     return {name: text.encode() for name, text in files.items()}
 
 
-def derived_files(scenario: Writable, campaign: Campaign, manifest: Manifest, link: str) -> dict[str, bytes]:
-    """Return every such file of a run, by its path relative to the run's folder."""
-    return {**result_files(campaign, manifest, link), **case_files(scenario, campaign, manifest.file, link)}
+def derived_files(
+    scenario: Writable, campaign: Campaign, manifest: Manifest, link: str, folder: Path, *, tables: bool = False
+) -> dict[str, Content]:
+    """Return every such file of a run in `folder`, by its path relative to that.
+
+    Text tables of a large search belong to them if the search or the caller (`tables`) requests them, and where they
+    exist already.
+    """
+    files = {**result_files(campaign, manifest, link), **case_files(scenario, campaign, manifest.file, link)}
+    if tables or manifest.has_tables:
+        return files
+    return {name: files[name] for name in files if name not in TABLES or os.path.lexists(folder / name)}
 
 
 PAGE, VERIFICATION = "report.html", "verification.json"
@@ -113,7 +123,7 @@ REMARKS = (Difference.OUTDATED, Difference.UNMARKED)
 """Differences that are no damage."""
 
 
-def differing(folder: Path, files: Mapping[str, bytes]) -> dict[str, Difference]:
+def differing(folder: Path, files: Mapping[str, Content]) -> dict[str, Difference]:
     """Return the files that are missing, hold something else, or should not be there, by their relative paths.
 
     Raises:
@@ -165,7 +175,7 @@ def refusal(folder: Path, differences: Mapping[str, Difference]) -> StoreError:
     )
 
 
-def write_derived(folder: Path, files: Mapping[str, bytes]) -> Collection[str]:
+def write_derived(folder: Path, files: Mapping[str, Content]) -> Collection[str]:
     """Write the files that differ, each as a whole, remove stale ones, and return the names of both.
 
     Raises:

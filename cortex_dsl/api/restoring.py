@@ -15,7 +15,9 @@ from cortex_dsl.api.derived_files import (
 )
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.plain_text import as_argument
+from engine.atomic import Content
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
+from engine.search.insight.kinds import collisions_of
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.run import Task, summarize
@@ -34,7 +36,7 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
         KeyboardInterrupt: the analysis was interrupted.
     """
     from engine.risk import PROFILES
-    from engine.search.evaluator import make_blaming, make_evaluator
+    from engine.search.evaluator import make_evaluator
 
     record, program, config = run.record, run.scenario.program, run.scenario.config
     manifest = record.manifest
@@ -48,7 +50,7 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
         manifest.method,
         manifest.preset,
         manifest.objective,
-        make_blaming(program, config),
+        lambda _genomes, _keys: run.blame[collisions_of(record.evaluations)],
     )
     done = list(zip(record.past(), record.generations, strict=True))
     campaign = summarize(task, done, status)
@@ -123,10 +125,11 @@ def restore_study(study: Study, found: Findings) -> Collection[str]:
     return write_derived(study.folder, study_files(study, found))
 
 
-def restore(run: OpenedRun, campaign: Campaign | None = None) -> Collection[str]:
+def restore(run: OpenedRun, campaign: Campaign | None = None, *, tables: bool = False) -> Collection[str]:
     """Restore the files of a run that do not follow from its journal; return their names.
 
-    `campaign` is that of the finished run, if it is known. A run with an interrupted analysis is analysed now.
+    `campaign` is that of the finished run, if it is known. `tables`: the text tables of a large search, too. A run with
+    an interrupted analysis is analysed now.
 
     Raises:
         StoreError: a file cannot be written, or another process writes the run.
@@ -138,7 +141,7 @@ def restore(run: OpenedRun, campaign: Campaign | None = None) -> Collection[str]
         whole = len(record.generations) == record.manifest.config.search.generations
         ended = (FINISHED if whole else STOPPED) if record.status == INTERRUPTED else record.status
         campaign = campaign_of_journal(run, ended)
-    files, _ = _files_of(run, campaign)
+    files, _ = _files_of(run, campaign, tables=tables)
     if not differing(run.folder, files):
         return []
     with hold(run.folder):
@@ -153,8 +156,8 @@ def _is_written(run: OpenedRun) -> bool:
     return run.record.proved and run.record.status in (FINISHED, STOPPED, INTERRUPTED)
 
 
-def _files_of(run: OpenedRun, campaign: Campaign) -> tuple[dict[str, bytes], str]:
-    files = derived_files(run.scenario, campaign, run.record.manifest, run.record.link)
+def _files_of(run: OpenedRun, campaign: Campaign, *, tables: bool = False) -> tuple[dict[str, Content], str]:
+    files = derived_files(run.scenario, campaign, run.record.manifest, run.record.link, run.folder, tables=tables)
     if _only_repeats(run):
         del files[SUMMARY]
         driver = run.scenario.config.driver

@@ -104,6 +104,8 @@ class SearchOptions:
     on_generation: OnGeneration | None = None
     on_removed: OnRemoved | None = None
     command_line: Sequence[str] = ()
+    tables: bool = False
+    """True: the text tables are written for a search of any size."""
 
 
 AS_THE_SETTINGS = SearchOptions()
@@ -136,6 +138,7 @@ def search_and_keep(
         origin_of(scenario).seen_from(folder),
         options.objective,
         reproducible,
+        options.tables,
     )
     workers, aims = options.workers or default_workers(scenario), tuple(options.objective)
     work = SearchJob(scenario, folder, manifest, options.on_generation, options.on_removed, workers, aims)
@@ -215,7 +218,7 @@ def carry_out(work: SearchJob, journal: Journal, record: Record | None = None) -
             recorder.record_missing(work.scenario.program, work.scenario.config, campaign.evaluations.rollouts, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
-        write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link))
+        write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link, work.folder))
         journal.finish(campaign)
     except StoreError as error:
         return replace(found, failure=error)

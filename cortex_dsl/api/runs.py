@@ -11,8 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
+
+import numpy as np
 
 from cortex_dsl.api.arguments import SearchSettings, kind, path_of, with_keywords
 from cortex_dsl.api.derived_files import VERIFICATION, WORST_FOLDER
@@ -35,7 +38,7 @@ from engine.search.journal_reader import Record, damaged, read_journal
 from engine.search.manifest import Manifest, ManifestError, Text, check_program
 from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, ObjectiveSpec
-from engine.search.ranking import WORST, Case, order_of_risk, worst_cases
+from engine.search.ranking import WORST, Case, case_of, worst_cases, worst_rows
 from engine.search.searchers import build_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, located
 from engine.tables import Ints
@@ -94,16 +97,20 @@ class OpenedRun:
 
         Number 7 is `worst/07.scn`; from 11 on all others, worst first.
         """
+        return tuple(self._cases())
+
+    def _cases(self) -> Iterator[Case]:
+        """Yield the cases of `every_case`."""
         evaluations = self.record.evaluations
         first = worst_cases(evaluations, WORST, self.blame)
-        taken = {case.row for case in first}
-        every = worst_cases(evaluations, len(order_of_risk(evaluations)), self.blame)
-        rest = [case for case in every if case.row not in taken]
-        return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
+        yield from first
+        rows = worst_rows(evaluations, len(evaluations), self.blame)
+        rest = rows[~np.isin(rows, [case.row for case in first])].tolist()
+        yield from (case_of(evaluations, row, rank) for rank, row in enumerate(rest, start=len(first) + 1))
 
     def first_cases(self, count: int) -> tuple[Case, ...]:
         """Return the first `count` cases of which there is a run: not those over which a controller failed."""
-        return tuple(case for case in self.every_case() if not case.lost)[:count]
+        return tuple(islice((case for case in self._cases() if not case.lost), count))
 
     def scene(self, case: Case) -> "Scenes":
         """Return the scene of one of its cases, sampled again.

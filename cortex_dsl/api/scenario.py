@@ -278,6 +278,7 @@ class Scenario:
                 on_generation: called with a `Progress` after each generation.
                 workers: how the simulations are run (see `engine.search.workers`; processes need a main module that
                     can be imported).
+                tables: with `out`: write CSV and JSON lines also for a search of more than 20,000 simulations.
                 generations, population, seed, rollouts, aggregate, jobs, engine, run, probes: fields of
                     `engine.config.SearchConfig`, in place of those of `config`.
 
@@ -297,6 +298,8 @@ class Scenario:
         profile, preset = settings.pop("profile", PROFILE), settings.pop("preset", PRESET)
         on_generation, workers = settings.pop("on_generation", None), settings.pop("workers", None)
         arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
+        tables = settings.pop("tables", False)
+        arguments.kind("tables", tables, bool, "write True or False")
         arguments.kind("method", method, str, "`known_searchers` lists all")
         aims = arguments.objectives_of(self.program, objective)
         settled = replace(self.config.search, **settings)
@@ -306,7 +309,7 @@ class Scenario:
             return search(self.program, method, config, profile, on_generation, workers=workers, objective=aims)
         from cortex_dsl.api.run_folder import SearchOptions, search_and_keep
 
-        options = SearchOptions(profile, aims, workers, on_generation)
+        options = SearchOptions(profile, aims, workers, on_generation, tables=tables)
         found = search_and_keep(replace(self, config=config), method, arguments.path_of("out", out), options)
         if found.failure is not None:
             raise found.failure

@@ -1,6 +1,7 @@
 """Failures of a scenario as a whole (`cortexc analyse`), and their probability (`cortexc probability`)."""
 
 import argparse
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
@@ -116,7 +117,7 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     if (impossible := proved_impossible(scenario, request, run, terminal, "probability", nothing)) is not None:
         return impossible
     seed = options.seed or 0
-    with usage_errors():
+    with usage_errors(), _measured(options, terminal):
         found = estimate(
             scenario.program,
             scenario.config,
@@ -129,6 +130,13 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     return _show(options, scenario, found, terminal)
 
 
+def _measured(options: argparse.Namespace, terminal: Terminal) -> AbstractContextManager[None]:
+    """Show the progress of an estimate; subset simulation needs an unknown number of levels."""
+    from cortex_dsl.report.terminal.progress import measured
+
+    return measured(terminal.err, None if options.method == "subset" else options.samples)
+
+
 def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
     """Estimate the probability for the scenario of a run, and store it next to its journal."""
     run = opened_run(options.file, terminal, options.ego, json=options.json)
@@ -136,8 +144,9 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
-        program = run.scenario.program
-        found = estimate(program, config, options.method, options.samples, seed, options.condition, of=options.of or "")
+        program, of = run.scenario.program, options.of or ""
+        with _measured(options, terminal):
+            found = estimate(program, config, options.method, options.samples, seed, options.condition, of=of)
     code = _show(options, run.scenario, found, terminal)
     with usage_errors():
         path = keep(run.folder, found, run.scenario.program.digest, seed)

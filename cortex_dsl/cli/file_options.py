@@ -211,6 +211,11 @@ SEARCH = (
     replace(AGGREGATE, first_page=False),
     Option("--dask", "run on a Dask cluster; `local` starts one with --jobs processes", "ADDRESS", first_page=False),
     Option("--out", "new folder for the results (one under runs/)", "DIR", Path),
+    Option(
+        "--tables",
+        "write CSV and JSON lines beside the journal also for more than 20,000 simulations",
+        first_page=False,
+    ),
 )
 OUTPUT = (
     JSON,

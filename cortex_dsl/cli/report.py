@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.api.derived_files import PAGE
-from cortex_dsl.console.command import EGO, EXAMPLE_RUN, Command, Option, run_of
+from cortex_dsl.console.command import EGO, EXAMPLE_RUN, Command, Condition, Option, run_of
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import check_writable, reason, write_output
 from engine.search.store import StoreError
+from engine.study.database import is_study
 
 if TYPE_CHECKING:
     from cortex_dsl.api.runs import OpenedRun
@@ -25,8 +26,6 @@ Figures = Callable[[Path], Sequence[Path]]
 
 
 def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
-    from engine.study.database import is_study
-
     path = options.out or options.run / PAGE
     cure = "name another place with --out FILE.html" if path.name == PAGE else ""
     check_writable(path, cure)
@@ -50,7 +49,7 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[str, Fig
 
     run = checked_run(options.run, terminal, options.ego)
     try:
-        if names := restore(run):
+        if names := restore(run, tables=options.tables):
             _note_written(names, "journal", terminal)
             run = open_run(options.run, options.ego)
     except StoreError as error:  # a page of a run that cannot be written is still a page
@@ -114,9 +113,11 @@ def _open(path: Path, terminal: Terminal) -> None:
         terminal.complain("no browser could be started", f"open {path} in one")
 
 
+_STUDY = Condition("a study, which always has its tables", lambda options: is_study(options.run))
+
 REPORT = Command(
     name="report",
-    usage="RUN|STUDY [--out FILE.html] [--cases N] [options]",
+    usage="RUN|STUDY [--out FILE.html] [--cases N] [--tables] [options]",
     description="""\
 Write a report of a run as one HTML file that needs no network: summary, course
 of the search, where in the space of params it found failures, and the worst
@@ -130,6 +131,7 @@ cases, each with a replay. For a study: verdict, box plots, curves and tests."""
         Option("--out", f"the page; by default {PAGE} in the run's folder", "FILE", Path),
         Option("--cases", "cases with a replay", "N", whole_number(0, MOST_CASES), default=10),
         Option("--figures", "figures for papers, as SVG, PNG and PDF, into DIR", "DIR", Path),
+        Option("--tables", "write the CSV and JSON lines of a large search beside its journal", excludes=(_STUDY,)),
         EGO,
         Option("--open", "show the page in a browser"),
     ),

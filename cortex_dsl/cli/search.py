@@ -89,6 +89,7 @@ def _search(method: str, scenario: Scenario, run: RunRequest, task: SearchReques
             on_generation=on_generation,
             on_removed=removed(terminal),
             command_line=task.command_line,
+            tables=task.tables,
         )
         return search_and_keep(scenario, method, out, options)
 

@@ -83,6 +83,8 @@ class SearchRequest:
     dask: str | None = None
     """Address of a scheduler, or `local`."""
     out: Path | None = None
+    tables: bool = False
+    """Whether the text tables are written for a search of any size."""
     command_line: tuple[str, ...] = ()
     """Command line without the program's name; stored in the manifest of a search."""
 

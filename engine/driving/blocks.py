@@ -27,6 +27,7 @@ from engine.errors import ControllerError, LostError
 from engine.host import coasting, empty_results, outcomes, requested
 from engine.outcomes import Outcomes
 from engine.program import Program
+from engine.run_count import report_runs
 from engine.scenes import Scenes
 from engine.streams import scene_in_words
 from engine.tables import Bools, Floats, Ints
@@ -214,6 +215,7 @@ class Driver:
                 array[rows] = found[: len(rows)]
             if decided.actions is not room:
                 room[:] = decided.actions[: len(rows)]
+            report_runs(len(rows))
         verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
         scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
         silent = len(work.history.answered) < len(work.seats) and not scenes.valid.any()

@@ -18,6 +18,7 @@ from engine.errors import ArgumentError
 from engine.outcomes import MEASURED, Assessment, Outcomes, Result, Retention
 from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
+from engine.run_count import report_runs
 from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.chain import canonical
@@ -116,8 +117,10 @@ def _simulator(
             from engine.batch import simulate_with_gaps
 
             outcomes, known = simulate_with_gaps(program, scenes, config.simulation, config.search.jobs, config.contact)
-            return scenes, outcomes, known
-        return scenes, simulate(scenes), None
+        else:
+            outcomes, known = simulate(scenes), None
+        report_runs(len(scenes))
+        return scenes, outcomes, known
 
     return run
 

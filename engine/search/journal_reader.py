@@ -2,9 +2,10 @@
 
 import json
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import astuple, dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,10 @@ from engine.search.manifest import Manifest, ManifestError, read_manifest
 from engine.search.store import StoreError, example_run, refuse_empty, store_errors
 from engine.tables import Floats, Ints
 
+Reader = Callable[[tuple[Any, ...]], Array]
+"""Function from the values of a column to its array."""
+AT_ONCE = 20_000
+"""Rows that are read as Python objects at once."""
 NO_DAMAGE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
 """Error codes of SQLite that do not mean that the file is damaged."""
 
@@ -60,9 +65,9 @@ class Record:
         return self.links[-1] if self.links else ""
 
     def past(self) -> list[Evaluations]:
-        """Return the evaluations of each generation, as input of `run_campaign`."""
-        generation = self.evaluations.places[:, 0]
-        return [take(self.evaluations, generation == number) for number in range(len(self.generations))]
+        """Return the evaluations of each generation, as input of `run_campaign`; arrays are views of the whole."""
+        edges = np.searchsorted(self.evaluations.places[:, 0], np.arange(len(self.generations) + 1)).tolist()
+        return [take(self.evaluations, slice(*edge)) for edge in pairwise(edges)]
 
 
 def read_journal(path: Path) -> Record:
@@ -148,7 +153,9 @@ def _checked_links(
     """
     rows = connection.execute("SELECT generation, figures, link FROM generation ORDER BY generation").fetchall()
     born, simulated = individuals[0][:, 0], simulations[0]
-    if [row[0] for row in rows] != list(range(len(rows))) or max([-1, *born, *simulated]) >= len(rows):
+    if [row[0] for row in rows] != list(range(len(rows))) or max(
+        born.max(initial=-1), simulated.max(initial=-1)
+    ) >= len(rows):
         raise BrokenChainError("its generations are not those that were written")
     before, links = BEGINNING, [BEGINNING.hex()]
     for generation, figures, stored in rows:
@@ -256,30 +263,39 @@ def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...],
 
 def _individuals(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
     """Return the arrays of the individuals as the writer had them: integers (n, 11), fitness (n,), genomes (n, d)."""
-    rows = connection.execute("SELECT * FROM individual ORDER BY generation, place").fetchall()
-    integers = np.stack([whole_numbers([row[i] for row in rows]) for i in range(11)], axis=1)
-    genomes = np.frombuffer(b"".join(row[12] for row in rows), dtype="<f8").astype(np.float64)
-    return integers, numbers([row[11] for row in rows]), genomes.reshape(len(rows), len(manifest.parameters))
+    readers: list[Reader] = [whole_numbers] * 11 + [numbers, _reader("<f8", len(manifest.parameters))]
+    *integers, fitness, genomes = _columns(connection, "individual ORDER BY generation, place", readers)
+    return np.stack(integers, axis=1), fitness, genomes.astype(np.float64)
 
 
 def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
     """Return the arrays of the simulations as the writer had them: one per column, blobs as (n, m)."""
-    rows = connection.execute("SELECT * FROM simulation ORDER BY generation, place, rollout").fetchall()
     kinds = [int] * 3 + [row.kind for row in COLUMNS for _ in row.columns]
-    values = list(zip(*rows, strict=True)) or [()] * (len(kinds) + 1 + manifest.keeps_sought)
-    if len(values) != len(kinds) + 1 + manifest.keeps_sought:
+    readers: list[Reader] = [numbers if kind is float else whole_numbers for kind in kinds]
+    readers.append(_reader("<i4", 2 * len(manifest.requirements)))
+    if manifest.keeps_sought:
+        readers.append(_reader("<f8", manifest.aims + len(manifest.objectives) + 1))
+    return tuple(_columns(connection, "simulation ORDER BY generation, place, rollout", readers))
+
+
+def _columns(connection: sqlite3.Connection, table: str, readers: Sequence[Reader]) -> list[Array]:
+    """Return the columns of a table, each made by its reader, some rows after the other.
+
+    Raises:
+        ValueError: the table has more or fewer columns.
+    """
+    cursor = connection.execute(f"SELECT * FROM {table}")  # noqa: S608
+    if len(cursor.description) != len(readers):
         raise ValueError("values of objectives must be stored if the run has some beside the risk, and only then")
-    pairs = zip(kinds, values, strict=False)
-    columns = [numbers(column) if kind is float else whole_numbers(column) for kind, column in pairs]
-    counts, *sought = values[len(kinds) :]
-    tables = [_table(counts, "<i4", 2 * len(manifest.requirements))]
-    tables += [_table(each, "<f8", manifest.aims + len(manifest.objectives) + 1) for each in sought]
-    return (*columns, *tables)
+    parts = [[reader(()) for reader in readers]]
+    while rows := cursor.fetchmany(AT_ONCE):
+        parts.append([reader(column) for reader, column in zip(readers, zip(*rows, strict=True), strict=True)])
+    return [np.concatenate(column) for column in zip(*parts, strict=True)]
 
 
-def _table(blobs: Sequence[bytes], kind: str, wide: int) -> Array:
-    """Return blobs, each with `wide` numbers, as rows."""
-    return np.frombuffer(b"".join(blobs), dtype=kind).reshape(len(blobs), wide)
+def _reader(kind: str, wide: int) -> Reader:
+    """Return a reader of blobs, each with `wide` numbers, as rows."""
+    return lambda blobs: np.frombuffer(b"".join(blobs), dtype=kind).reshape(len(blobs), wide)
 
 
 def _runs(simulations: tuple[Array, ...], manifest: Manifest) -> tuple[dict[tuple[int, int], int], Assessment]:

@@ -28,6 +28,8 @@ DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 PYTHON = ".".join(map(str, sys.version_info[:3]))
 ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
 """Settings of a search that every manifest has; those that are newer than it have their defaults."""
+MOST_IN_TABLES = 20_000
+"""Planned simulations of a search up to which its text tables are written without a request."""
 LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
     {
         "simulation": {
@@ -180,6 +182,13 @@ class Manifest:
     objectives: tuple[str, ...] = ()
     """Names of the objectives of the file."""
     driver: DrivenBy | None = None
+    tables: bool = False
+    """True if the text tables are requested for a search of any size."""
+
+    @property
+    def has_tables(self) -> bool:
+        """Return True if the text tables belong to the run: they are requested, or its planned size is small."""
+        return self.tables or not is_large(self.config.search)
 
     @property
     def method_number(self) -> int:
@@ -199,7 +208,7 @@ class Manifest:
     def stored(self) -> dict[str, Any]:
         """Return the stored fields; a field that older manifests do not have is omitted if it has its usual value."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        usual = {"number": None, "objective": DEFAULT_OBJECTIVES, "objectives": (), "driver": None}
+        usual = {"number": None, "objective": DEFAULT_OBJECTIVES, "objectives": (), "driver": None, "tables": False}
         return {name: value for name, value in values.items() if name not in usual or value != usual[name]}
 
     @property
@@ -213,6 +222,11 @@ class Manifest:
         )
 
 
+def is_large(search: SearchConfig) -> bool:
+    """Return True for a search whose text tables are written on request only."""
+    return search.simulations > MOST_IN_TABLES
+
+
 def make_manifest(
     program: Program,
     config: Config,
@@ -223,6 +237,7 @@ def make_manifest(
     origin: Origin = NO_ORIGIN,
     objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
     reproducible: bool = True,
+    tables: bool = False,
 ) -> Manifest:
     """Return the manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
     return Manifest(
@@ -249,6 +264,7 @@ def make_manifest(
         objective=tuple(each if isinstance(each, str) else function_name(each) for each in objective),
         objectives=program.judged.names,
         driver=_driven_by(config, reproducible),
+        tables=tables,
     )
 
 

@@ -84,13 +84,21 @@ def worst_cases(evaluations: Evaluations, count: int = WORST, blame: Ints | None
 
     With the reference driver's verdict on each rollout, `blame` (n, k), they are of many kinds.
     """
+    rows = worst_rows(evaluations, count, blame).tolist()
+    return tuple(case_of(evaluations, row, rank) for rank, row in enumerate(rows, start=1))
+
+
+def worst_rows(evaluations: Evaluations, count: int, blame: Ints | None = None) -> Ints:
+    """Return the rows of `worst_cases`."""
     rows = _different(evaluations, order_of_risk(evaluations, blame))
     if blame is not None:
         rows = np.concatenate([*_of_each_kind(evaluations, rows, count, blame), rows[:0]])
-    worst = evaluations.worst_rollout
-    return tuple(
-        _case(evaluations, row, int(worst[row]), rank) for rank, row in enumerate(rows[:count].tolist(), start=1)
-    )
+    return rows[:count]
+
+
+def case_of(evaluations: Evaluations, row: int, rank: int) -> Case:
+    """Return the worst rollout of an individual as a case."""
+    return _case(evaluations, row, int(evaluations.worst_rollout[row]), rank)
 
 
 def worst_runs(evaluations: Evaluations, count: int = WORST) -> tuple[Case, ...]:
@@ -123,6 +131,8 @@ def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints)
 def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> Ints:
     """Return up to `count` rows in their order: the first, then one of each partner, then of each kind."""
     kind = codes(evaluations, blame)[pool, evaluations.worst_rollout[pool]]
+    if count >= len(pool):
+        return pool
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
     partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))
     turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(len(pool))])

@@ -9,17 +9,22 @@
 | summary.json      | manifest, figures of the whole run and of its last ten generations, worst cases, genes |
 | README.md         | description of these files, and of every column with its unit                        |
 
+Tables are the first four. A search of more than 20,000 simulations has them on request only: they are most of
+the bytes of a run. They are made in parts, so that the memory for them does not grow with the search.
+
 Numbers are written so that reading them back gives the same bits. A gene is `param_NAME`, in the file's unit; an index
 gene is the number of its option. Missing numbers are empty in CSV and null in JSON.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from engine.assessment import take, to_columns
+from engine.atomic import Content
 from engine.outcomes import RESULTS, Assessment, Result
 from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
@@ -29,7 +34,7 @@ from engine.search.protocol import Operator
 from engine.search.ranking import Case
 from engine.streams import format_key
 from engine.strict_json import json_lines, json_text, plain
-from engine.tables import Ints
+from engine.tables import Bools, Ints
 
 # -- the page in every run directory: what its files are, and what their columns mean, with units ----------------------
 
@@ -48,6 +53,9 @@ _HEAD = """\
 | `critical.csv` | the rows of `evaluations.csv` with a score of 14 or more |
 | `generations.csv` | the figures of each generation |
 | `journal.sqlite` | everything, exactly; the other files are made from it |
+
+A search of more than 20,000 simulations writes no `.csv` and no `.jsonl` unless `--tables` asks for them;
+`cortexc report RUN --tables` makes them from the journal at any time.
 
 `summary.json` and every case contain the digest of the journal that they were made from. `cortexc verify` compares all
 files with the journal, and `cortexc report` or `cortexc resume` writes them again.
@@ -105,6 +113,10 @@ def _parts_of(whole: Result) -> Iterator[Result]:
 
 # -- files -------------------------------------------------------------------------------------------------------------
 
+TABLES = ("evaluations.csv", "evaluations.jsonl", "critical.csv", "generations.csv")
+"""Names of the text tables."""
+ROWS = 10_000
+"""Simulations in a part of a table."""
 CRITICAL_RISK = 14
 """The least score of a collision under the paper's bands."""
 LAST = 10
@@ -120,23 +132,27 @@ Column = Sequence[Any]
 
 def result_files(
     campaign: Campaign, manifest: Manifest, link: str = "", critical: int = CRITICAL_RISK
-) -> dict[str, bytes]:
+) -> dict[str, Content]:
     """Return all files of the table above by name; `link` is the last of their journal's chain."""
-    evaluations = campaign.evaluations
-    columns = _table(evaluations, campaign.space.names, manifest)
-    lines = list(map(",".join, zip(*map(_texts, columns.values()), strict=True)))
-    runs = flat_rollouts(evaluations)
-    header = ",".join(map(_quoted, columns))
-    counts = {"tested": runs.tested.tolist(), "failed": runs.failed.tolist()}
-    worst = [lines[row] for row in np.flatnonzero(runs.score >= critical).tolist()]
+    rows = _Rows(campaign, manifest)
     return {
-        "evaluations.csv": _lines([header, *lines]),
-        "critical.csv": _lines([header, *worst]),
-        "evaluations.jsonl": _lines(json_lines(columns | counts)),
+        "evaluations.csv": Parts(rows.lines),
+        "critical.csv": Parts(partial(rows.lines, critical)),
+        "evaluations.jsonl": Parts(rows.objects),
         "generations.csv": _lines(_generation_lines(campaign)),
         "summary.json": _lines([json_text({"journal": link or None, **summary(campaign, manifest)}, indent=2)]),
         GUIDE: guide().encode(),
     }
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A content that is made in parts, again for each reader."""
+
+    make: Callable[[], Iterator[bytes]]
+
+    def __iter__(self) -> Iterator[bytes]:
+        return self.make()
 
 
 def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
@@ -222,42 +238,77 @@ def _case(campaign: Campaign, case: Case) -> dict[str, Any]:
     return {**asdict(case), "genome": genome, "key": format_key(case.key)}
 
 
-def _table(evaluations: Evaluations, genes: Sequence[str], manifest: Manifest) -> dict[str, Column]:
-    """Return all columns, one row per rollout."""
-    rollouts = int(evaluations.keys.shape[1])
-    rows = np.repeat(np.arange(len(evaluations)), rollouts)
-    individuals = take(evaluations, rows) if rollouts > 1 else evaluations
-    number = _numbering(evaluations)
-    runs = to_columns(flat_rollouts(evaluations))
-    return {
-        "individual": rows.tolist(),
-        "generation": individuals.places[:, 0].tolist(),
-        "place": individuals.places[:, 1].tolist(),
-        "rollout": np.tile(np.arange(rollouts), len(evaluations)).tolist(),
-        "operator": _words(individuals.operator.tolist(), _OPERATORS),
-        "reused": individuals.reused.astype(int).tolist(),
-        "birth": number(individuals.births),
-        "parent_1": number(individuals.parents[:, 0]),
-        "parent_2": number(individuals.parents[:, 1]),
-        "key": _keys(evaluations),
-        **{f"param_{name}": individuals.genomes[:, gene].tolist() for gene, name in enumerate(genes)},
-        "fitness": individuals.fitness.tolist(),
-        **runs,
-        **{row.name: _words(runs[row.name], row.words or {}) for row in _CODED},
-        **_sought(flat_rollouts(evaluations), manifest),
-    }
+@dataclass(frozen=True)
+class _Rows:
+    """The rows of the tables of simulations, one per rollout."""
+
+    campaign: Campaign
+    manifest: Manifest
+
+    def lines(self, least: int | None = None) -> Iterator[bytes]:
+        """Yield parts of the table as CSV; `least`: lowest risk of its rows."""
+        for part, runs in self._parts():
+            lines = list(map(",".join, zip(*map(_texts, part.values()), strict=True)))
+            if least is not None:
+                lines = [lines[row] for row in np.flatnonzero(runs.score >= least).tolist()]
+            header = [",".join(map(_quoted, part))] if part["individual"][0] == 0 else []
+            if header or lines:
+                yield _lines([*header, *lines])
+
+    def objects(self) -> Iterator[bytes]:
+        """Yield parts of the table as JSON lines, with the counts of each requirement."""
+        for part, runs in self._parts():
+            yield _lines(json_lines(part | {"tested": runs.tested.tolist(), "failed": runs.failed.tolist()}))
+
+    def _parts(self) -> Iterator[tuple[dict[str, Column], Assessment]]:
+        """Yield the columns of some individuals after the other, with their simulations."""
+        evaluations = self.campaign.evaluations
+        size = max(1, ROWS // int(evaluations.keys.shape[1]))
+        number, said = _numbering(evaluations), np.asarray((~np.isnan(evaluations.rollouts.broken)).any(axis=(0, 1)))
+        for first in range(0, len(evaluations), size):
+            part = take(evaluations, slice(first, first + size))
+            runs = flat_rollouts(part)
+            yield self._columns(part, runs, first, number) | _sought(runs, self.manifest, said), runs
+
+    def _columns(
+        self, evaluations: Evaluations, flat: Assessment, first: int, number: Callable[[Ints], list[int | None]]
+    ) -> dict[str, Column]:
+        """Return the columns of individuals, numbered from `first`."""
+        rollouts = int(evaluations.keys.shape[1])
+        rows = np.repeat(np.arange(len(evaluations)), rollouts)
+        individuals = take(evaluations, rows) if rollouts > 1 else evaluations
+        runs = to_columns(flat)
+        return {
+            "individual": (first + rows).tolist(),
+            "generation": individuals.places[:, 0].tolist(),
+            "place": individuals.places[:, 1].tolist(),
+            "rollout": np.tile(np.arange(rollouts), len(evaluations)).tolist(),
+            "operator": _words(individuals.operator.tolist(), _OPERATORS),
+            "reused": individuals.reused.astype(int).tolist(),
+            "birth": number(individuals.births),
+            "parent_1": number(individuals.parents[:, 0]),
+            "parent_2": number(individuals.parents[:, 1]),
+            "key": _keys(evaluations),
+            **{
+                f"param_{name}": individuals.genomes[:, gene].tolist()
+                for gene, name in enumerate(self.campaign.space.names)
+            },
+            "fitness": individuals.fitness.tolist(),
+            **runs,
+            **{row.name: _words(runs[row.name], row.words or {}) for row in _CODED},
+        }
 
 
-def _sought(runs: Assessment, manifest: Manifest) -> dict[str, Column]:
-    """Return the values of objectives, and the broken expectations; empty if there are none."""
+def _sought(runs: Assessment, manifest: Manifest, said: Bools) -> dict[str, Column]:
+    """Return the values of objectives, and the broken expectations that any simulation of the search `said`."""
     aims = zip(manifest.objective, runs.sought.T.tolist(), strict=False)
-    expected = zip(manifest.objectives, runs.broken.T.tolist(), strict=False)
+    expected = zip(manifest.objectives, runs.broken.T.tolist(), said.tolist(), strict=False)
     found = {f"sought_{name}": values for name, values in aims}
-    return found | {f"broken_{name}": values for name, values in expected if any(v == v for v in values)}
+    return found | {f"broken_{name}": values for name, values, known in expected if known}
 
 
 def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int | None]]:
-    """Turn births (n, 2) into numbers of individuals, None for none."""
+    """Return a function of births (n, 2) that returns numbers of individuals, None for none."""
     starts = np.flatnonzero(evaluations.places[:, 1] == 0)
 
     def number(births: Ints) -> list[int | None]:

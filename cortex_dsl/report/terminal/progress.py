@@ -1,12 +1,12 @@
 """A search or a study while it runs: a few calm lines that are redrawn in place, and vanish when it is over. Where the
-output is no terminal, a line now and then.
+output is no terminal, a line every 30 seconds. The first runs give an estimate of the whole.
 """
 
 import math
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from threading import Event, Thread
 from types import TracebackType
@@ -21,6 +21,7 @@ from cortex_dsl.report.findings.readable import duration, fixed, whole
 from cortex_dsl.report.findings.run_report import HIGHEST
 from cortex_dsl.report.findings.search_report import method_style
 from cortex_dsl.report.terminal.theme import columns, left, right, sparkline
+from engine.run_count import counting
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
@@ -32,6 +33,71 @@ BAR = 20
 CURVE = 36
 INTERVAL = 30.0
 """Time between two lines about a search where the output is no terminal [s]."""
+
+
+FIRST_RUNS = 50
+"""Runs from which the cost of a run is estimated; fewer, if they take longer than `WARM`."""
+WARM = 5.0
+"""Duration of the first results below which they are not measured, as they include loading [s]."""
+LONG = 10.0
+"""Least duration of the whole for which an estimate is shown [s]."""
+
+
+@dataclass
+class Estimate:
+    """Prints once, after the first runs, the cost of a run and the time of the whole, if that is long."""
+
+    console: Console
+    of: str = "run"
+    """Name of the counted unit."""
+    whole: str = "in all"
+    started: float = field(default_factory=time.monotonic)
+    _measured_from: tuple[float, int] | None = None
+    _shown: bool = False
+
+    def update(self, done: int, left: float) -> None:
+        """Take into account that `done` runs have ended since the start and `left` runs remain."""
+        now = time.monotonic()
+        if self._shown or not done:
+            return
+        if self._measured_from is None:
+            is_quick = now - self.started < WARM
+            self._measured_from = (now, done) if is_quick else (self.started, 0)
+        since, before = self._measured_from
+        runs, seconds = done - before, now - since
+        if not runs or (runs < FIRST_RUNS and seconds < WARM):
+            return
+        each = seconds / runs
+        total = now - self.started + each * left
+        if total >= LONG:
+            self._shown = True
+            cost = duration(each) if each >= 1.0 else f"{float(f'{1000.0 * each:.2g}'):g} ms"
+            text = f"about {cost} a {self.of}, about {duration(total)} {self.whole}"
+            with suppress(OSError):
+                self.console.print(text, style="quiet", soft_wrap=True)
+
+
+class Ticker:
+    """Prints a line at each interval where the output is no terminal, from the start of a block to its end."""
+
+    def __init__(self, console: Console, line: Callable[[], Text], interval: float = INTERVAL) -> None:
+        self._console, self._line, self._interval, self._ended = console, line, interval, Event()
+        self.thread = Thread(target=self._print_lines, daemon=True)
+
+    def __enter__(self) -> "Ticker":
+        if not self._console.is_terminal:
+            self.thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ended.set()
+
+    def _print_lines(self) -> None:
+        while not self._ended.wait(self._interval):
+            with suppress(OSError):
+                self._console.print(self._line(), soft_wrap=True)
 
 
 @dataclass
@@ -51,25 +117,25 @@ class SearchProgress:
     interval: float = INTERVAL
     started: float = field(default_factory=time.monotonic)
     _live: Live | None = None
-    _ended: Event = field(default_factory=Event)
-    thread: Thread = field(init=False)
-    """Prints the lines."""
+    ticker: Ticker = field(init=False)
+    estimate: Estimate = field(init=False)
 
     def __post_init__(self) -> None:
-        self.thread = Thread(target=self._print_lines, daemon=True)
+        self.ticker = Ticker(self.console, self._line, self.interval)
+        self.estimate = Estimate(self.console, whole="in all" if not self.figures else "for the rest")
+        self._before = len(self.figures)
 
     def __enter__(self) -> "SearchProgress":
+        self.ticker.__enter__()
         if self.console.is_terminal:
             self._live = Live(console=self.console, transient=True, refresh_per_second=8, get_renderable=self._render)
             self._live.start()
-        else:
-            self.thread.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._ended.set()
+        self.ticker.__exit__(kind, value, trace)
         if self._live is not None:
             self._live.stop()
 
@@ -78,43 +144,69 @@ class SearchProgress:
         self.figures.append(figures)
         self.simulations = simulations
         self.best = best
+        done = sum(each.individuals for each in self.figures[self._before :])
+        self.estimate.update(done, figures.individuals * (self.total - len(self.figures)))
 
-    def _print_lines(self) -> None:
-        """Print a line at each interval until the search ends; a generation may last longer than that."""
-        while not self._ended.wait(self.interval):
-            seconds = self.spent + time.monotonic() - self.started
-            line = progress_line(self.method, len(self.figures), self.total, self.simulations, seconds)
-            with suppress(OSError):
-                self.console.print(line, soft_wrap=True)
+    def _line(self) -> Text:
+        seconds = self.spent + time.monotonic() - self.started
+        return progress_line(self.method, len(self.figures), self.total, self.simulations, seconds)
 
     def _render(self) -> RenderableType:
         seconds = self.spent + time.monotonic() - self.started
         return progress_view(self.method, self.figures, self.total, self.simulations, seconds, self.best)
 
 
-def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> Iterator["Scenes"]:
-    """Pass blocks of scenes on. On a terminal a line says how many of all are drawn; elsewhere nothing does."""
-    if not console.is_terminal:
-        yield from blocks
-        return
+@contextmanager
+def measured(console: Console, total: int | None) -> Iterator[None]:
+    """Show the runs that hosts of this process report, with an estimate; `total` is their number, None if unknown."""
     done, started = 0, time.monotonic()
+    estimate = Estimate(console, started=started)
 
-    def line() -> RenderableType:
-        seconds = time.monotonic() - started
-        left_over = seconds / done * (total - done) if done else math.nan
-        togo = f", {duration(left_over)} left" if done else ""
-        return Text(f"{done:,} of {total:,} scenes drawn{togo}; Ctrl-C shows what there is", "quiet")
+    def line() -> Text:
+        return count_line(done, total, "runs", time.monotonic() - started)
 
-    with Live(console=console, transient=True, refresh_per_second=4, get_renderable=line):
+    def count(more: int) -> None:
+        nonlocal done
+        done += more
+        if total is not None:
+            estimate.update(done, max(0, total - done))
+
+    live = Live(console=console, transient=True, refresh_per_second=4, get_renderable=line)
+    with counting(count), Ticker(console, line), live if console.is_terminal else nullcontext():
+        yield
+
+
+def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> Iterator["Scenes"]:
+    """Pass blocks of scenes on, and show how many of all are drawn, and for how long the others take."""
+    done, started, estimate = 0, time.monotonic(), Estimate(console, "scene")
+
+    def line() -> Text:
+        text = count_line(done, total, "scenes drawn", time.monotonic() - started)
+        return text.append("; Ctrl-C shows what there is", "quiet") if console.is_terminal else text
+
+    live = Live(console=console, transient=True, refresh_per_second=4, get_renderable=line)
+    with Ticker(console, line), live if console.is_terminal else nullcontext():
         for block in blocks:
             yield block
             done += len(block)
+            estimate.update(done, total - done)
+
+
+def count_line(done: int, total: int | None, of: str, seconds: float) -> Text:
+    """Return how many of all are done, and the time left at the pace so far, or the time so far."""
+    if total is None:
+        return Text(f"{done:,} {of}, {duration(seconds)} so far", "quiet")
+    if not done:
+        return Text(f"0 of {total:,} {of}, {duration(seconds)} so far", "quiet")
+    left_over = f", {duration(seconds / done * (total - done))} left" if done < total else ""
+    return Text(f"{done:,} of {total:,} {of}{left_over}", "quiet")
 
 
 def progress_line(method: str, done: int, total: int, simulations: int, seconds: float) -> Text:
     """Return the content of `progress_view` as one line of plain text."""
     if not done:
-        return Text(f"{method}: generation 1 of {total}, {duration(seconds)} so far")
+        least = f", at least {duration(seconds * total)} in all" if total > 1 else ""
+        return Text(f"{method}: generation 1 of {total}, {duration(seconds)} so far{least}")
     runs = f", {whole(simulations)} runs" if simulations else ""
     return Text(f"{method}: {done} of {total} generations{runs}, {duration(seconds / done * (total - done))} left")
 
@@ -164,13 +256,11 @@ CELL_MARGIN = 8
 """Characters of a cell in addition to its bar."""
 FEW = 4
 """Number of methods up to which methods are in columns."""
-LINES = 10
-"""Lines of progress that a study prints in all where the output is no terminal."""
 
 
 @dataclass
 class StudyProgress:
-    """On a terminal it redraws in place, and vanishes at the end; elsewhere it says a line now and then."""
+    """Shows a study. On a terminal it redraws in place, and vanishes at the end; elsewhere it prints lines."""
 
     console: Console
     plan: "Plan"
@@ -185,9 +275,14 @@ class StudyProgress:
     simulations: int = 0
     """Number of simulations in these runs."""
     started: float = field(default_factory=time.monotonic)
+    interval: float = INTERVAL
     _live: Live | None = None
+    ticker: Ticker = field(init=False)
+    estimate: Estimate = field(init=False)
 
     def __post_init__(self) -> None:
+        self.ticker = Ticker(self.console, self._headline, self.interval)
+        self.estimate = Estimate(self.console, "simulation", "in all" if not self.earlier else "for the rest")
         for record in self.earlier:
             self._keep(record)
 
@@ -198,11 +293,14 @@ class StudyProgress:
         if self.console.is_terminal and not self.quiet:
             self._live = Live(console=self.console, transient=True, refresh_per_second=6, get_renderable=self._render)
             self._live.start()
+        elif not self.quiet:
+            self.ticker.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.ticker.__exit__(kind, value, trace)
         if self._live is not None:
             self._live.stop()
 
@@ -211,8 +309,8 @@ class StudyProgress:
         self._keep(record)
         self.new += 1
         self.simulations += record.figures.simulations.runs
-        if self._live is None and not self.quiet and self._is_milestone():
-            self.console.print(self._headline())
+        if not self.quiet:
+            self.estimate.update(self.simulations, self.simulations / self.new * (self.total - self.done))
 
     @property
     def total(self) -> int:
@@ -221,9 +319,6 @@ class StudyProgress:
     @property
     def done(self) -> int:
         return len(self.earlier) + self.new
-
-    def _is_milestone(self) -> bool:
-        return self.done * LINES // self.total > (self.done - 1) * LINES // self.total
 
     def _headline(self) -> Text:
         seconds = time.monotonic() - self.started

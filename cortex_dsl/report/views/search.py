@@ -55,10 +55,11 @@ from engine.program import Program
 from engine.search.campaign import INTERRUPTED, Campaign
 from engine.search.evaluations import partners
 from engine.search.insight.kinds import PACES, FoundKind
+from engine.search.manifest import MOST_IN_TABLES, is_large
 from engine.search.objectives import known_objectives
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.ranking import Case
-from engine.search.result_files import broken_by
+from engine.search.result_files import TABLES, broken_by
 from engine.vocabulary import Blame, EndReason, Verdict
 
 PICTURE_ROWS, LEAST_ROWS = 8, 4
@@ -333,6 +334,10 @@ def ending(report: SearchReport, *, apart: bool = True) -> Iterator[Block]:
     worst = f"worst/01.scn .. {report.worst_files[-1].name}, " if report.worst_files else ""
     failures = "controller.log, failures/01.scn, " if report.campaign.failures.lost else ""
     yield Note(f"files: {folder}/ ({failures}{worst}README.md explains them)", "quiet", apart=apart)
+    if is_large(report.campaign.config) and not any((report.folder / name).exists() for name in TABLES):
+        why = f"no CSV and no JSON lines, which a search of more than {MOST_IN_TABLES:,} simulations has on request"
+        yield Note(why, "quiet")
+        yield Code(f"cortexc report {folder} --tables", "tables")
     if report.driver and report.worst_files:
         yield Code(f"cortexc {quote(as_argument(report.worst_files[0]))} {report.driver}", "again")
     if not report.campaign.by_simulation.valid_runs and not report.campaign.failures.lost:

@@ -107,7 +107,7 @@ def estimated_share(count: int, valid: int) -> float:
 def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
     """Return (n, k) `Blame` of each rollout; `NONE` if it was not simulated here, and everywhere without `blaming`."""
     said = np.full(evaluations.rollouts.verdict.shape, int(Blame.NONE), dtype=np.int32)
-    hit = _collisions(evaluations)
+    hit = collisions_of(evaluations)
     if blaming is not None and hit.any():
         rows = np.nonzero(hit)[0]
         said[hit] = blaming(evaluations.genomes[rows], evaluations.keys[hit])
@@ -126,7 +126,7 @@ def codes(evaluations: Evaluations, blame: Ints) -> Ints:
 
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
     """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
-    rows, rollouts = np.nonzero(_collisions(evaluations))
+    rows, rollouts = np.nonzero(collisions_of(evaluations))
     every = codes(evaluations, blame)[rows, rollouts]
     found, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
     made = [
@@ -143,7 +143,7 @@ def kind_of(pair: int, side: int, direction: int, ego: int, other: int, blame: i
 
 def failures(evaluations: Evaluations, blame: Ints) -> Failures:
     """Return the counts of failures in a search."""
-    hit, new = _collisions(evaluations), evaluations.simulated
+    hit, new = collisions_of(evaluations), evaluations.simulated
     said = blame[hit]
     found = kinds(evaluations, blame)
     return Failures(
@@ -159,6 +159,6 @@ def failures(evaluations: Evaluations, blame: Ints) -> Failures:
     )
 
 
-def _collisions(evaluations: Evaluations) -> Bools:
+def collisions_of(evaluations: Evaluations) -> Bools:
     """Return (n, k) True for distinct simulations in which the ego collided."""
     return np.asarray(evaluations.rollouts.collided & evaluations.simulated[:, np.newaxis])

@@ -385,8 +385,8 @@ def test_a_long_search_writes_lines_into_a_log(report: SearchReport) -> None:
     with SearchProgress(console, "ga", 30, interval=0.01) as progress:
         progress.generation_done(report.campaign.generations[0].by_individual, 1234, 16)
         assert stream.full.wait(60)
-    progress.thread.join(60)
-    assert not progress.thread.is_alive()
+    progress.ticker.thread.join(60)
+    assert not progress.ticker.thread.is_alive()
     lines = stream.getvalue().splitlines()
     assert any(re.fullmatch(r"ga: 1 of 30 generations, 1,234 runs, \d+\.\d s left", line) for line in lines)
     assert "\x1b" not in stream.getvalue()
@@ -395,7 +395,7 @@ def test_a_long_search_writes_lines_into_a_log(report: SearchReport) -> None:
 @pytest.mark.parametrize(
     ("done", "simulations", "text"),
     [
-        (0, 0, "ga: generation 1 of 30, 45 s so far"),
+        (0, 0, "ga: generation 1 of 30, 45 s so far, at least 22 min 30 s in all"),
         (15, 0, "ga: 15 of 30 generations, 45 s left"),
         (10, 12_345, "ga: 10 of 30 generations, 12,345 runs, 1 min 30 s left"),
     ],
