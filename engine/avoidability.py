@@ -23,17 +23,27 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.dependence import ignores_ego
 from engine.errors import ArgumentError
 from engine.host import in_parts, memory, others_touch, plan, requested, samples_of
-from engine.kernels.avoidance import LONGEST, DriveMemory, ReferenceDrive, avoidability_rows, reference_rows
+from engine.kernels.avoidance import (
+    LONGEST,
+    Checkpoints,
+    DriveMemory,
+    ReferenceDrive,
+    avoidability_rows,
+    reference_rows,
+)
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
 from engine.kernels.rows import Window
+from engine.kernels.run_state import Run
 from engine.program import Program
 from engine.scenes import Scenes, weather_sight
 from engine.tables import Bools, Ints
@@ -129,7 +139,10 @@ def avoidability(
     found = np.full((len(scenes), len(ReferenceDrive._fields)), float(NEVER))
 
     def drive(window: Window) -> None:
-        scratch = drive_memory(program, config, samples_of(config) + 1, independent=independent)
+        samples = samples_of(config) + 1
+        scratch = drive_memory(program, config, samples, independent=independent)
+        if not independent:
+            scratch = scratch._replace(checkpoints=checkpoints(scratch.run, samples, touching=scratch.touching))
         reference_rows(shared, rows, reach, window, scratch, driver, found)
 
     in_parts(len(scenes), jobs, drive)
@@ -177,6 +190,26 @@ def drive_memory(program: Program, config: SimulationConfig, samples: int, *, in
         own=np.zeros((len(run.states), len(State))),
         independent=independent,
         touching=others_touch(program),
+        checkpoints=checkpoints(run, 0, touching=False),
+    )
+
+
+def checkpoints(run: Run, samples: int, *, touching: bool) -> Checkpoints:
+    """Return memory for the state of a run at each of `samples` samples; `touching`: impacts among others included."""
+
+    def of_each(array: NDArray[Any]) -> NDArray[Any]:
+        return np.zeros((samples, *array.shape), dtype=array.dtype)
+
+    return Checkpoints(
+        registers=of_each(run.registers),
+        resume=of_each(run.resume),
+        status=of_each(run.status),
+        end=of_each(run.end),
+        actors=of_each(run.actors),
+        segments=of_each(run.segments if touching else run.segments[:0]),
+        impacts=of_each(run.impacts if touching else run.impacts[:0]),
+        states=of_each(run.states[0]),
+        record=of_each(run.states[0]),
     )
 
 

@@ -4,8 +4,8 @@ A stepped run is the run of the batch host: the same kernel, which pauses at a s
 During a pause the slots are observed and controllers decide; the next call continues. A slot stores the state of its
 run and the decisions in it (`DecisionPages`). With these decisions any host repeats a finished run
 without the controller. The batch host assesses it that way, and the memory of a scene does not depend on the measures
-that are requested. If the program has an ego and one other actor, and no formula or objective reads the run, the
-commands of both are stored, so that the repetition only moves them (`engine.kernels.review`).
+that are requested. If no formula or objective reads the run, its record is measured without a repetition
+(`engine.kernels.review`): of an ego and one other actor the commands are stored, of more actors the states.
 """
 
 import math
@@ -51,7 +51,7 @@ from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns, weather_sight
 from engine.tables import PLAIN, Bools, Floats, Ints
-from engine.vocabulary import Column, Verdict
+from engine.vocabulary import Column, State, Verdict
 
 # -- pages of decisions ------------------------------------------------------------------------------------------------
 
@@ -65,10 +65,10 @@ class DecisionPages:
     """Decisions of `controls` in `count` slots for at most `turns_at_most` turns.
 
     They are stored in pages. A slot takes a page whenever its last one is full, and returns all pages when its next run
-    begins, so that memory grows with the length of the runs that happen. The commands of the actors are stored in pages
-    of the same numbers, if at all.
+    begins, so that memory grows with the length of the runs that happen. The commands or states of the actors are
+    stored in pages of the same numbers, if at all.
 
-    `commands`: numbers per turn that store the commands of all actors; 0 stores none.
+    `commands`: numbers per turn that store the commands or states of all actors; 0 stores none.
     """
 
     def __init__(
@@ -162,7 +162,8 @@ def _from_first(first: int, count: int) -> Ints:
 
 
 def command_columns(program: Program) -> Ints:
-    """Return (actors,) the columns of the actors' commands, as `kernels.run_state.Run` defines them.
+    """Return (actors,) the columns of the actors' commands, as `kernels.run_state.Run` defines them; none if others
+    touch each other, so that commands alone do not determine their motion.
 
     An actor whose pedals are controlled from outside has no columns of its own: its decision is its command.
     """
@@ -171,6 +172,8 @@ def command_columns(program: Program) -> Ints:
         for control, its in zip(program.controls, columns(program.controls), strict=True)
         if control.names == ("throttle", "brake", "steer")
     }
+    if others_touch(program):
+        return np.zeros(0, dtype=np.int32)
     others = [actor for actor in range(len(program.actors)) if actor not in given]
     at = [
         COMMAND_COLUMNS * others.index(actor) if actor in others else -1 - given[actor]
@@ -209,8 +212,10 @@ class ParallelRuns:
         self.plan = plan(program, config, contact, pause=pause)
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
-        places = command_columns(program)
-        width = 0 if self._late or others_touch(program) else max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
+        places, width = command_columns(program), len(program.actors) * len(State)
+        if len(places):
+            width = max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
+        width = 0 if self._late else width
         self._decisions = DecisionPages(self.controls, count, config.time_step, pause, self.turns, width)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
         run = parallel_memory(program, self.turns, count, back, self._decisions.coming)
@@ -291,7 +296,7 @@ class ParallelRuns:
         return self._results
 
     def _judge(self, ended: Ints) -> None:
-        """Measure the runs that have ended: on a record made of the stored commands, or on a repetition of the run."""
+        """Measure the runs that have ended: on their record, or on a repetition of the run."""
         has_commands = self._decisions.commands.shape[3] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if has_commands else np.ones(len(ended), dtype=bool)
         self._renew_pages()

@@ -6,7 +6,8 @@ if they react to anything, to the ego of the reference driver. That driver brake
 hard as the ego in the case, up to full braking, since a driver taking over does not release the pedal. Full braking is
 that of the reference driver, of the ego's own brakes, or the grip of its tyres, whichever is least.
 
-Where nothing that the others do depends on the ego, they move alike in every drive: then only the ego is moved.
+Where nothing that the others do depends on the ego, they move alike in every drive: then only the ego is moved. Where
+something does, the state of the run is stored at each sample of the case, and each drive continues from there.
 
 Earlier braking is not always better, since an ego braking later may pass before the other: all moments are tried.
 `avoidability_rows` omits these trials: a single drive answers yes or no, for thousands of collisions in the time of a
@@ -72,6 +73,29 @@ class Case(NamedTuple):
     actions: Floats
 
 
+class Checkpoints(NamedTuple):
+    """State of a run at each sample up to contact; no rows where the others do not depend on the ego."""
+
+    registers: Floats
+    """(samples, registers)"""
+    resume: Ints
+    """(samples, blocks)"""
+    status: Ints
+    """(samples, len(Status))"""
+    end: Floats
+    """(samples, 3)"""
+    actors: Floats
+    """(samples, actors, len(Memory))"""
+    segments: Floats
+    """(samples, actors, len(MotionSegment)); no actors where others cannot touch."""
+    impacts: Floats
+    """(samples, MAX_IMPACTS, len(ImpactRecord)); no impacts where others cannot touch."""
+    states: Floats
+    """(samples, actors, len(State)) before the turns of the sample."""
+    record: Floats
+    """(samples, actors, len(State)) after the turns of the sample."""
+
+
 class DriveMemory(NamedTuple):
     """Reusable memory of the drives of a case, for up to `LONGEST` after the time limit."""
 
@@ -86,6 +110,7 @@ class DriveMemory(NamedTuple):
     """True if nothing that the others do depends on the ego."""
     touching: bool
     """True if the others may touch each other or a building."""
+    checkpoints: Checkpoints
 
 
 class ReferenceDrive(NamedTuple):
@@ -132,6 +157,8 @@ class Replayed(NamedTuple):
     """(n, len(State)) motion of the ego."""
     recorded: bool
     """True if `Run.states` holds the motion of the others in every drive."""
+    checkpoints: Checkpoints
+    """Samples from which a drive continues; without rows, each begins anew."""
 
 
 class Braked(NamedTuple):
@@ -150,7 +177,7 @@ class Braked(NamedTuple):
 def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> ReferenceDrive:
     """Drive a case as it was, find when its conflict is perceived, and drive it again with the reference driver."""
     run, outlines, path = memory.run, memory.outlines, memory.path
-    if not _collides(plan, run, case):
+    if not _collides_with_checkpoints(plan, run, memory, case):
         return ReferenceDrive(NEVER, math.nan, NEVER, NEVER, NEVER, False, NEVER, False, False, False)
     note_outlines(plan, run, outlines)
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
@@ -164,7 +191,7 @@ def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, drive
     driving = abs(run.states[0, 0, State.SPEED]) > STANDING
     if memory.independent and memory.touching:
         _record_others(plan, run, memory, case, contact, until)
-    again = Replayed(case, contact, until, outlines, path, memory.own, memory.independent)
+    again = Replayed(case, contact, until, outlines, path, memory.own, memory.independent, memory.checkpoints)
     braking = contact if perceived == NEVER else perceived + first_sample(driver.reaction, time_step)
     begun = min(braking, contact)
     drive = _drive(plan, run, again, begun, driver)
@@ -229,7 +256,7 @@ def _blame(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> int:
     driver = in_its_car(plan, run, driver)
     until = _carry_on(plan, run, memory, driver)
     recorded = memory.independent and not memory.touching  # else a single drive costs as much as to record the others
-    again = Replayed(case, contact, until, outlines, path[: until + 1], memory.own, recorded)
+    again = Replayed(case, contact, until, outlines, path[: until + 1], memory.own, recorded, memory.checkpoints)
     perceived = perceive(plan, run, latest, other, outlines, again.path, driver)
     if perceived == NEVER or _drive(plan, run, again, perceived + reaction, driver).touched:
         return UNAVOIDABLE
@@ -243,6 +270,57 @@ def _collides(plan: Plan, run: Run, case: Case) -> bool:
     scored = run.status[Status.END] == RUNNING  # not the literal True: numba would compile `advance` again
     advance(plan, run, plan.layout.last_sample + 1, scored)
     return run.status[Status.END] == EndReason.COLLISION
+
+
+@inlined
+def _collides_with_checkpoints(plan: Plan, run: Run, memory: DriveMemory, case: Case) -> bool:
+    """Run a case as `_collides` does, and store its state at each sample if there are checkpoints."""
+    begin(plan, run, case.variant, case.values, case.key, case.actions)
+    scored, sample = run.status[Status.END] == RUNNING, 0
+    count = len(memory.checkpoints.states)
+    while run.status[Status.END] == RUNNING:
+        if count > 0:
+            _store(run, memory.checkpoints, sample)
+        sample = sample + 1 if count > 0 else plan.layout.last_sample + 1
+        advance(plan, run, sample, scored)
+    return run.status[Status.END] == EndReason.COLLISION
+
+
+@inlined
+def _store(run: Run, to: Checkpoints, k: int) -> None:
+    """Store the state of a run at the sample k, before its turns."""
+    _copy_row(run.registers, to.registers[k])
+    _copy_row(run.resume, to.resume[k])
+    _copy_row(run.status, to.status[k])
+    _copy_row(run.end, to.end[k])
+    _copy_rows(run.actors, to.actors[k])
+    _copy_rows(run.segments, to.segments[k])
+    _copy_rows(run.impacts, to.impacts[k])
+    _copy_rows(run.states[k], to.states[k])
+    if k > 0:
+        _copy_rows(run.states[k - 1], to.record[k - 1])
+
+
+@kernel
+def _restore(run: Run, since: Checkpoints, k: int) -> None:
+    """Restore the state of a run at the sample k; its key and its decisions are the same in all drives."""
+    _copy_row(since.registers[k], run.registers)
+    _copy_row(since.resume[k], run.resume)
+    _copy_row(since.status[k], run.status)
+    _copy_row(since.end[k], run.end)
+    run.status[Status.SHADED] = -1
+    _copy_rows(since.actors[k], run.actors)
+    _copy_rows(since.segments[k], run.segments)
+    _copy_rows(since.impacts[k], run.impacts)
+    for sample in range(k):
+        _copy_rows(since.record[sample], run.states[sample])
+    _copy_rows(since.states[k], run.states[k])
+
+
+@inlined
+def _copy_rows(source: Floats, target: Floats) -> None:
+    for row in range(min(len(source), len(target))):
+        _copy_row(source[row], target[row])
 
 
 @inlined
@@ -283,7 +361,7 @@ def _carry_on(plan: Plan, run: Run, memory: DriveMemory, driver: Driver) -> int:
 
 
 @inlined
-def _copy_row(source: Floats, target: Floats) -> None:
+def _copy_row(source: Floats | Ints, target: Floats | Ints) -> None:
     for column in range(len(source)):
         target[column] = source[column]
 
@@ -345,13 +423,16 @@ def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) 
     time_step, states = plan.layout.time_step, run.states
     if braking >= contact:
         return Braked(True, contact - 1, path[contact - 1, WAY], 0.0)
-    if not again.recorded:
+    resumes = not again.recorded and len(again.checkpoints.states) > 0
+    if resumes:
+        _restore(run, again.checkpoints, braking)
+    elif not again.recorded:
         begin(plan, run, case.variant, case.values, case.key, case.actions)
     scored = again.recorded or run.status[Status.END] == RUNNING
     if again.recorded:
         _copy_row(again.own[braking], states[braking, 0])
     else:
-        advance(plan, run, braking, scored)
+        advance(plan, run, braking, scored)  # no step if the run is there already
         run.actors[0, Memory.FREE] = REPLACED
     way, speed = path[braking, WAY], abs(states[braking, 0, State.SPEED])
     held = path[max(braking - 1, 0), OWN]

@@ -1,8 +1,8 @@
-"""Assessment of parallel runs that have ended: all actors repeat their commands, and the record is measured.
+"""Assessment of parallel runs that have ended, on their record.
 
-The commands of each step are stored (`slots.note_commands`). Motion reproduces the same record from them, bit for bit,
-without behaviors and without a search for contact: how the run ended is stored in the slot. That holds for runs in
-which only the ego can be struck, and in which nothing but commands moves an actor (`Status.UNTOLD`).
+How a run ended is stored in its slot. In runs in which only the ego can be struck, the commands of each step are stored
+(`slots.note_commands`). If nothing but commands moves an actor (`Status.UNTOLD`), motion reproduces the record from
+them, bit for bit, without behaviors and without a search for contact. In all other runs the states are stored.
 """
 
 import math
@@ -26,8 +26,28 @@ def review_slots(plan: Plan, run: Run, chosen: Ints, actions: Floats, outlines: 
         slot = chosen[number]
         its = run.slots[slot]
         if note_end(its, slot, out):
-            _repeat_motion(plan, run, its, slot, actions[number])
+            if len(run.command_columns) == 0:
+                _read_states(plan, run, slot, int(its.status[Status.SAMPLE]))
+            else:
+                _repeat_motion(plan, run, its, slot, actions[number])
+            its.status[Status.SHADED] = -1  # the outlines that hide are those of another slot
             measure_run(plan, its, slot, outlines, out)
+
+
+@inlined
+def _read_states(plan: Plan, run: Run, slot: int, last: int) -> None:
+    """Write the record of a slot from its stored states: the samples up to `last`, its current one."""
+    states, pause = run.states, plan.layout.pause
+    for sample in range(last + 1):
+        row = sample // pause
+        for actor in range(states.shape[1]):
+            for column in range(states.shape[2]):
+                if sample == last:
+                    state = run.slot_states[slot, last & (run.slot_states.shape[1] - 1), actor, column]
+                else:
+                    page, place = run.slot_pages[slot, row // PAGE], actor * states.shape[2] + column
+                    state = run.command_pages[page, row % PAGE, sample % pause, place]
+                states[sample, actor, column] = state
 
 
 @inlined

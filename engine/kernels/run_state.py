@@ -247,7 +247,9 @@ class Run(NamedTuple):
     actions: Floats
     """(samples, numbers): external decisions, turn by turn (`Op.ACTION`); no rows if a program has none."""
     command_columns: Ints
-    """(actors,): first column of the commands of an actor, or -1 - its first number among `actions`."""
+    """(actors,): first column of the commands of an actor, or -1 - its first number among `actions`; no entries if
+    states are stored in place of commands.
+    """
     slot_registers: Floats
     """(slots, ...) of the parallel runs: the arrays that differ between their states; no slots in a single run."""
     slot_actors: Floats
@@ -268,7 +270,7 @@ class Run(NamedTuple):
     slot_pages: Ints
     """(slots, n): numbers of the pages of each slot, in order; -1: none."""
     command_pages: Floats
-    """(pages, slots.PAGE, pause, columns): commands of each step (`slots.note_commands`)."""
+    """(pages, slots.PAGE, pause, columns): commands or states of each step (`slots.note_commands`)."""
     slots: "Slots[Run]" = Slots()
     """The states of the parallel runs: handles with rows of the first six `slot_` fields, which share all other arrays.
     Pages are read from the run that owns the memory: they may move in memory between calls.

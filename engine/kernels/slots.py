@@ -2,9 +2,9 @@
 
 One call of `rollout.advance` advances the run of each slot to its next pause or to its end. The same code serves a
 single run and many. `run.slots[slot]` is the state of the run in a slot: its own registers, actors, status, end, key
-and blocks, and the shared memory. A slot stores the current state of its run and no record; at most the commands of a
-step (`kernels.review`). Such runs take their turns at every sample (`Layout.hold` is 1). Samples and turns are stored
-in rings whose number of rows is a power of two, so that the row of a sample needs no division.
+and blocks, and the shared memory. A slot stores the current state of its run and no record; at most the commands or
+states of a step (`kernels.review`). Such runs take their turns at every sample (`Layout.hold` is 1). Samples and turns
+are stored in rings whose number of rows is a power of two, so that the row of a sample needs no division.
 """
 
 import math
@@ -75,10 +75,17 @@ def leave_run(run: Run, slot: int, first: int) -> None:
 def note_commands(plan: Plan, run: Run, pages: Run, page: int, row: int, turn: int) -> None:
     """Store the commands of all actors in the coming step in `pages`: NaN for an actor that leaves.
 
-    An actor that executes external decisions needs no entry. `Status.UNTOLD` is set if anything else moves an actor.
-    `page` and `row` are those of the last pause, `turn` counts the steps since then.
+    Without command columns, store the states of all actors at the current sample instead. An actor that executes
+    external decisions needs no entry. `Status.UNTOLD` is set if anything else moves an actor. `page` and `row` are
+    those of the last pause, `turn` counts the steps since then.
     """
     sample = int(run.status[Status.SAMPLE])
+    if len(run.command_columns) == 0:
+        for actor in range(run.states.shape[1]):
+            for column in range(run.states.shape[2]):
+                place = actor * run.states.shape[2] + column
+                pages.command_pages[page, row, turn, place] = run.states[sample, actor, column]
+        return
     for actor in range(len(plan.kinds)):
         at, memory = int(run.command_columns[actor]), run.actors[actor]
         leaves = memory[Memory.LEAVING] != 0.0

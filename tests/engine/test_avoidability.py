@@ -281,6 +281,28 @@ def test_the_others_move_as_recorded_only_where_that_changes_nothing(
     assert repr(found) == repr(again)
 
 
+REACTS = {
+    "left_turn": EXAMPLE.read_text(encoding="utf-8"),
+    "platoon": EXAMPLE.with_name("roads").joinpath("platoon.scn").read_text(encoding="utf-8"),
+    "careful": ALONE.format(behavior=f"EmergencyBrakeBehavior({FOLLOWS}, foresees=False, latency=1 s)"),
+    "looks at the ego": PROGRAMS["looks at the ego"][0],
+    "two that touch": WAITS + ALONE.format(behavior="Waits()") + THIRD.format(speed="60 km/h"),
+    "random": ALONE.format(behavior=FOLLOWS.replace("W,", "Normal(W, 3 km/h),")),
+}
+
+
+@pytest.mark.parametrize("name", REACTS)
+def test_a_drive_from_a_checkpoint_is_the_drive_from_the_start(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where others react to the ego, every answer is the same as with drives that begin anew."""
+    scenario, made = compile_text(REACTS[name]), module.checkpoints
+    scenes, config = scenario.sample(200, seed=6), scenario.config.simulation
+    monkeypatch.setattr(module, "ignores_ego", lambda program: False)
+    found = avoidability(scenario.program, scenes, config)
+    assert sum(each is not None for each in found) > 5
+    monkeypatch.setattr(module, "checkpoints", lambda run, samples, *, touching: made(run, 0, touching=touching))
+    assert repr(avoidability(scenario.program, scenes, config)) == repr(found)
+
+
 def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
     """Whether the reference driver avoids contact when it brakes at each sample before it."""
     again, touches = driven_again(scenario, scenes, row)
@@ -295,10 +317,13 @@ def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.
     path, outlines = np.zeros((len(run.states), PATH_COLUMNS)), np.zeros((len(program.actors), 3))
     case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
     own = np.zeros((len(run.states), len(State)))
-    drives = kernels.DriveMemory(run, outlines, path, own, independent=False, touching=True)
+    nothing = module.checkpoints(run, 0, touching=False)
+    drives = kernels.DriveMemory(run, outlines, path, own, independent=False, touching=True, checkpoints=nothing)
     found = kernels.resimulate_with_reference(shared, drives, case, R157)
     until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
-    again = kernels.Replayed(case, found.contact, until, outlines, path[: until + 1], own, recorded=False)
+    again = kernels.Replayed(
+        case, found.contact, until, outlines, path[: until + 1], own, recorded=False, checkpoints=nothing
+    )
     return found, lambda k: kernels._drive(shared, run, again, k, R157).touched
 
 
