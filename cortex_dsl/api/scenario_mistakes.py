@@ -28,9 +28,11 @@ from engine.operators import OPERATORS
 from engine.operators.bounds import DIVISIONS
 from engine.program import ParamSpace, checking
 from engine.tables import ROAD_REGION
-from engine.vocabulary import Column
+from engine.vocabulary import Column, EndReason
 
 if TYPE_CHECKING:
+    from cortex_dsl.api.scenario import Scenario
+    from engine.outcomes import Outcomes
     from engine.scenes import Scenes
 
 
@@ -147,6 +149,20 @@ def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagn
         if (culprit := _culprit(expression, genes, draws)) is not None:
             return _diagnostic(what, culprit, _drawn(compiled.program.space, expression, scenes, row))
     return None
+
+
+def failure_of(scenario: "Scenario", scenes: "Scenes", outcomes: "Outcomes", row: int = 0) -> Diagnostic | None:
+    """Return the diagnostic for a failed run: a behaviour that never acts, or a number that does not exist; None if the
+    file has no part.
+    """
+    reason, rule = int(outcomes.end_reason[row]), int(outcomes.end_rule[row])
+    if reason == EndReason.STUCK:
+        budget = scenario.config.simulation.instruction_budget
+        return never_acts(scenario.compiled, budget, rule, float(outcomes.end_time[row]))
+    if reason == EndReason.BROKEN and rule >= 0:
+        genome = scenes.genomes[row].tolist()
+        return undefined_objective(scenario.compiled, rule, scenario.program.space, genome)
+    return undefined_value(scenario.compiled, scenes, row)
 
 
 def _values(variant: ir.Variant, values: np.ndarray, source: Source) -> Iterator[tuple[str, ir.Expr]]:
