@@ -308,18 +308,17 @@ class _Testing:
             numbers.append(Measured(criterion.bound.name, value, criterion.bound.unit))
         elif criterion.kind is Kind.EXPECT:
             numbers.append(Measured("robustness", float(outcomes.sought[row, criterion.column])))
-        event = f"{end_of(self.program, outcomes, row).text} after {float(outcomes.end_time[row]):.2f} s"
+        event = f"{float(outcomes.end_time[row]):.2f} s: {end_of(self.program, outcomes, row).text}"
         if outcomes.collided[row]:
             pair = int(outcomes.contact_actors[row, 1]) - 1
             speeds = zip((0, pair + 1), (outcomes.ego_speed, outcomes.other_speed), strict=True)
             numbers += (
-                Measured(f"{self.program.actors[actor]} at", float(speed[row, pair]) * KMH, "km/h")
-                for actor, speed in speeds
+                Measured(self.program.actors[actor], float(speed[row, pair]) * KMH, "km/h") for actor, speed in speeds
             )
         elif len(self.program.actors) > 1:
             pair = int(np.argmin(outcomes.min_distance[row]))
             distance = float(outcomes.min_distance[row, pair])
-            numbers.append(Measured(f"least distance to {self.program.actors[pair + 1]}", distance, "m"))
+            numbers.append(Measured(f"distance to {self.program.actors[pair + 1]}", distance, "m"))
         return FailedRun(int(block.numbers[row]), block.seed(row), tuple(numbers), event)
 
     # -- results

@@ -53,7 +53,7 @@ class Measured:
 
     @property
     def text(self) -> str:
-        return f"{self.name} {significant(self.value)} {self.unit}".rstrip()
+        return f"{self.name} {significant(self.value, 3)} {self.unit}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class FailedRun:
 
     @property
     def text(self) -> str:
-        return "; ".join([*([self.event] if self.event else []), *(each.text for each in self.numbers)])
+        return "; ".join(part for part in (self.event, ", ".join(each.text for each in self.numbers)) if part)
 
 
 @dataclass(frozen=True)
@@ -116,6 +116,8 @@ class Check:
         return f"broken in {runs}: probability {low} to {high}, limit {percent(self.limit, DIGITS)}"
 
 
+CURED = "a known failure no longer occurs: update the baseline"
+"""Message of a cured failure under `--strict-baseline`."""
 DIGITS = 3
 """Decimals of a probability in percent."""
 
@@ -213,6 +215,15 @@ class GateReport:
     @property
     def runs(self) -> int:
         return sum(file.runs for file in self.files)
+
+    @property
+    def headline(self) -> str:
+        """Return the counts in a sentence: `12 of 14 files pass; 1 FAIL, 1 known; 2,400 runs`."""
+        counts = dict(self.counts)
+        passed = f"{counts.pop(Status.PASS):,} of {counted(len(self.files), 'file')} pass"
+        others = ", ".join(f"{count:,} {status}" for status, count in reversed(counts.items()) if count)
+        cured = f"{counted(len(self.cured), 'known failure')} cured" if self.cured else ""
+        return "; ".join(part for part in (passed, others, cured, counted(self.runs, "run")) if part)
 
     @property
     def counts(self) -> Mapping[Status, int]:
