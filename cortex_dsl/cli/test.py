@@ -120,9 +120,10 @@ def _run(
     terminal: Terminal,
 ) -> "GateReport":
     """Run the files and show each when it is done."""
-    from cortex_dsl.api.baseline import compared, compared_file
+    from cortex_dsl.api.baseline import compared, compared_file, updated
     from cortex_dsl.api.testing import run_plan
     from cortex_dsl.console.kernels import SEARCH, compile_kernels, find_missing_kernels
+    from cortex_dsl.report.findings.gate_report import GateReport
     from cortex_dsl.report.terminal.gate_view import GateProgress
 
     with GateProgress(terminal.err, len(files)) as progress:
@@ -134,9 +135,12 @@ def _run(
 
         def on_file(file: "FileResult") -> None:
             progress.file_done(file)
+            if baseline is not None:
+                now = updated(GateReport((file,)), baseline) if options.update_baseline else baseline
+                file = compared_file(file, now)
             if not options.json:
                 with progress.paused():
-                    _show_file(file if baseline is None else compared_file(file, baseline), terminal)
+                    _show_file(file, terminal)
 
         report = run_plan(files, plan, on_file, progress.on_runs, prepare)
     return report if baseline is None else compared(report, baseline)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.report.findings.readable import percent, significant
+from cortex_dsl.report.findings.readable import significant
 from engine.display import counted
 from engine.gates.decision import RateDecision
 
@@ -70,7 +70,9 @@ class FailedRun:
 
     @property
     def text(self) -> str:
-        return "; ".join(part for part in (self.event, ", ".join(each.text for each in self.numbers)) if part)
+        """Return number, end and numbers of the run: `run 3, 1.25 s: contact: ego and truck; ego 36 km/h`."""
+        told = "; ".join(part for part in (self.event, ", ".join(each.text for each in self.numbers)) if part)
+        return f"run {self.number:,}, {told}"
 
 
 @dataclass(frozen=True)
@@ -112,14 +114,12 @@ class Check:
         runs = f"{self.failures:,} of {counted(self.runs, 'run')}"
         if self.limit is None or self.rate is None:
             return f"broken in {runs}" if self.failures else f"kept in {counted(self.runs, 'run')}"
-        low, high = percent(self.rate.low, DIGITS), percent(self.rate.high, DIGITS)
-        return f"broken in {runs}: probability {low} to {high}, limit {percent(self.limit, DIGITS)}"
+        low, high, limit = (f"{significant(100.0 * each, 3)} %" for each in (self.rate.low, self.rate.high, self.limit))
+        return f"broken in {runs}: probability {low} to {high}, limit {limit}"
 
 
 CURED = "a known failure no longer occurs: update the baseline"
 """Message of a cured failure under `--strict-baseline`."""
-DIGITS = 3
-"""Decimals of a probability in percent."""
 
 
 @dataclass(frozen=True)

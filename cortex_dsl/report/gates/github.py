@@ -22,7 +22,7 @@ def _annotation(report: GateReport, file: FileResult, check: Check) -> str:
     is_open = check.status is Status.UNDECIDED and report.undecided_passes
     level = "notice" if check.status is Status.KNOWN else "warning" if is_open else "error"
     text = [f"{check.status}: {check.text}"]
-    text += [f"run {check.first.number:,}: {check.first.text}", check.replay] if check.first is not None else []
+    text += [check.first.text, check.replay] if check.first is not None else []
     return f"::{level} {_place(file, check)},title={as_property(check.name)}::{as_data(chr(10).join(text))}"
 
 

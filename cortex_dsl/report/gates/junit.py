@@ -79,7 +79,7 @@ def details(check: Check) -> str:
     """Return the first failing run and its command, on lines of their own."""
     if check.first is None:
         return check.text
-    return f"run {check.first.number:,}: {check.first.text}\nreplay: {check.replay}"
+    return f"{check.first.text}\nreplay: {check.replay}"
 
 
 def xml_text(text: str) -> str:

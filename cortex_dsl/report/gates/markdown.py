@@ -56,7 +56,7 @@ def _failure(file: FileResult, check: Check) -> str:
     place = f"{check.place or file.path}{f':{check.line}' if check.line else ''}"
     lines = [f"**{_cell(check.name)}** in {_cell(place)}: {check.status}, {_cell(check.text)}"]
     if check.first is not None:
-        lines += [f"run {check.first.number:,}: {_cell(check.first.text)}", "", *_code(check.replay)]
+        lines += [_cell(check.first.text), "", *_code(check.replay)]
     return "\n".join([*lines, "", ""])
 
 

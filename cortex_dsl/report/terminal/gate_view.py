@@ -59,7 +59,7 @@ def _check_lines(check: Check) -> Iterator[RenderableType]:
     name = (visible(check.name), "title")
     yield _indented(Text.assemble(name, ": ", (status, STYLES[check.status]), check.text))
     if check.first is not None and check.broken:
-        yield _indented(Text(f"run {check.first.number:,}, {visible(check.first.text)}"), 2)
+        yield _indented(Text(visible(check.first.text)), 2)
         yield Command(check.replay)
 
 
@@ -108,6 +108,7 @@ class GateProgress:
     started: float = field(default_factory=time.monotonic)
     _live: Live | None = None
     _ended: Event = field(default_factory=Event)
+    _silent: Event = field(default_factory=Event)
 
     def __enter__(self) -> "GateProgress":
         if self.console.is_terminal:
@@ -131,7 +132,9 @@ class GateProgress:
     def paused(self) -> Generator[None]:
         """Take the line away while the block writes to the terminal."""
         if self._live is None:
+            self._silent.set()
             yield
+            self._silent.clear()
             return
         self._live.stop()
         try:
@@ -149,6 +152,8 @@ class GateProgress:
 
     def _print_lines(self) -> None:
         while not self._ended.wait(self.interval):
+            if self._silent.is_set():
+                continue
             with suppress(OSError):
                 self.console.print(self._line(), soft_wrap=True)
 
