@@ -149,7 +149,7 @@ def _remarks(file: FileResult, baseline: Baseline) -> Iterator[str]:
 
 def _compared_check(check: Check, known: set[tuple[str, str]]) -> Check:
     if (check.kind.value, check.name) not in known:
-        return check
+        return replace(check, cured=False)
     if check.status is Status.FAIL:
         return replace(check, status=Status.KNOWN)
     return replace(check, cured=check.status is Status.PASS)

@@ -153,7 +153,7 @@ def _show_file(file: "FileResult", terminal: Terminal) -> None:
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
     from cortex_dsl.report.terminal.gate_view import file_view
 
-    terminal.out.print(file_view(file, terminal.out.width))
+    terminal.out.print(file_view(file, terminal.out.width), crop=False)
     if file.error is not None:
         print_diagnostics(file.error.source, file.error.diagnostics, terminal.err)
 
