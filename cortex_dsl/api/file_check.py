@@ -247,7 +247,9 @@ class _Testing:
         """
         verdict = block.outcomes.verdict
         for row in np.flatnonzero(verdict == Verdict.ERROR)[:1].tolist():
-            diagnostic = failure_of(self.scenario, block.scenes, block.outcomes, row)
+            diagnostic = failure_of(
+                self.scenario.compiled, self.scenario.config.simulation, block.scenes, block.outcomes, row
+            )
             if diagnostic is None:
                 raise RuntimeError(f"run {block.numbers[row]} of {self.result.path} failed")
             raise CompileError(self.scenario.compiled.source, [diagnostic])
@@ -328,8 +330,8 @@ class _Testing:
         checks = [self._check(criterion, count) for criterion, count in counted] if self.valid else []
         if self.driver is not None:
             status = Status.FAIL if self.lost.failures else Status.PASS
-            told = CONTROLLER, Kind.CONTROLLER, status, self.lost.runs, self.lost.failures
-            checks.append(Check(*told, first=self.lost.first, replay=self._replay(self.lost.first)))
+            parts = CONTROLLER, Kind.CONTROLLER, status, self.lost.runs, self.lost.failures
+            checks.append(Check(*parts, first=self.lost.first, replay=self._replay(self.lost.first)))
         return tuple(checks)
 
     def _check(self, criterion: _Criterion, count: _Count) -> Check:

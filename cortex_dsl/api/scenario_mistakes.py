@@ -22,6 +22,7 @@ from cortex_dsl.semantics.errors.runs import NO_NUMBER
 from cortex_dsl.semantics.errors.values import OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
+from engine.config import SimulationConfig
 from engine.feasibility import conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
 from engine.operators import OPERATORS
@@ -31,7 +32,6 @@ from engine.tables import ROAD_REGION
 from engine.vocabulary import Column, EndReason
 
 if TYPE_CHECKING:
-    from cortex_dsl.api.scenario import Scenario
     from engine.outcomes import Outcomes
     from engine.scenes import Scenes
 
@@ -151,18 +151,18 @@ def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagn
     return None
 
 
-def failure_of(scenario: "Scenario", scenes: "Scenes", outcomes: "Outcomes", row: int = 0) -> Diagnostic | None:
+def failure_of(
+    compiled: Compiled, config: SimulationConfig, scenes: "Scenes", outcomes: "Outcomes", row: int = 0
+) -> Diagnostic | None:
     """Return the diagnostic for a failed run: a behaviour that never acts, or a number that does not exist; None if the
     file has no part.
     """
     reason, rule = int(outcomes.end_reason[row]), int(outcomes.end_rule[row])
     if reason == EndReason.STUCK:
-        budget = scenario.config.simulation.instruction_budget
-        return never_acts(scenario.compiled, budget, rule, float(outcomes.end_time[row]))
+        return never_acts(compiled, config.instruction_budget, rule, float(outcomes.end_time[row]))
     if reason == EndReason.BROKEN and rule >= 0:
-        genome = scenes.genomes[row].tolist()
-        return undefined_objective(scenario.compiled, rule, scenario.program.space, genome)
-    return undefined_value(scenario.compiled, scenes, row)
+        return undefined_objective(compiled, rule, compiled.program.space, scenes.genomes[row].tolist())
+    return undefined_value(compiled, scenes, row)
 
 
 def _values(variant: ir.Variant, values: np.ndarray, source: Source) -> Iterator[tuple[str, ir.Expr]]:

@@ -166,7 +166,9 @@ def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> 
     done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
     errors = np.flatnonzero(done.outcomes.verdict == Verdict.ERROR)
     if len(errors):
-        sampled.mistake = failure_of(scenario, done.scenes, done.outcomes, int(errors[0]))
+        sampled.mistake = failure_of(
+            scenario.compiled, scenario.config.simulation, done.scenes, done.outcomes, int(errors[0])
+        )
         return
     said = blame(program, done.tell(sampled.reported).scenes, config.simulation, config.contact, jobs)
     sampled.runs = sampled.runs.plus(done.outcomes, said)

@@ -324,7 +324,7 @@ def _failed(
     """Show the mistake of the file; anything else is ours."""
     from cortex_dsl.api.scenario_mistakes import failure_of
 
-    diagnostic = failure_of(scenario, scenes, outcomes)
+    diagnostic = failure_of(scenario.compiled, scenario.config.simulation, scenes, outcomes)
     if diagnostic is None:
         from cortex_dsl.report.findings.story import end_of
 

@@ -82,7 +82,7 @@ def _fails(state: State, scenario: "Scenario", scenes: "Scenes", outcomes: "Outc
     row = int(errors[0])
     from cortex_dsl.api.scenario_mistakes import failure_of
 
-    diagnostic = failure_of(scenario, scenes, outcomes, row)
+    diagnostic = failure_of(scenario.compiled, scenario.config.simulation, scenes, outcomes, row)
     if diagnostic is None:
         raise RuntimeError(f"the simulation failed after {outcomes.end_time[row]:.2f} s")
     refuse(state, scenario.compiled.source, [diagnostic])

@@ -67,7 +67,7 @@ class Bound:
     """SI value = shown value * scale."""
 
     def holds(self, values: Floats) -> Bools:
-        """Return where values keep the bound; NaN does."""
+        """Return True for values that keep the bound; NaN does."""
         return np.isnan(values) | COMPARISONS[self.comparison](values, self.limit)
 
     def worst(self, values: Floats) -> Floats:

@@ -71,8 +71,8 @@ class FailedRun:
     @property
     def text(self) -> str:
         """Return number, end and numbers of the run: `run 3, 1.25 s: contact: ego and truck; ego 36 km/h`."""
-        told = "; ".join(part for part in (self.event, ", ".join(each.text for each in self.numbers)) if part)
-        return f"run {self.number:,}, {told}"
+        parts = "; ".join(part for part in (self.event, ", ".join(each.text for each in self.numbers)) if part)
+        return f"run {self.number:,}, {parts}"
 
 
 @dataclass(frozen=True)
@@ -111,11 +111,14 @@ class Check:
         """Return the result in words: `broken in 3 of 200 runs`."""
         if self.kind is Kind.CONTROLLER:
             return f"failed in {counted(self.failures, 'run')}" if self.failures else "answered in every run"
-        runs = f"{self.failures:,} of {counted(self.runs, 'run')}"
+        if self.runs == 1 and self.rate is None:
+            return "broken" if self.failures else "kept"
+        runs = counted(self.runs, "run")
+        result = f"broken in {self.failures:,} of {runs}" if self.failures else f"kept in {runs}"
         if self.limit is None or self.rate is None:
-            return f"broken in {runs}" if self.failures else f"kept in {counted(self.runs, 'run')}"
+            return result
         low, high, limit = (f"{significant(100.0 * each, 3)} %" for each in (self.rate.low, self.rate.high, self.limit))
-        return f"broken in {runs}: probability {low} to {high}, limit {limit}"
+        return f"{result}: probability {low} to {high}, limit {limit}"
 
 
 CURED = "a known failure no longer occurs: update the baseline"
