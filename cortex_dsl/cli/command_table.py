@@ -144,7 +144,7 @@ def _study() -> Command:
     return STUDY
 
 
-@_subcommand("resume", "continue a search that was stopped or killed", "RUN")
+@_subcommand("resume", "continue a search that was stopped or killed", "RUN", first_page=False)
 def _resume() -> Command:
     from cortex_dsl.cli.search import RESUME
 

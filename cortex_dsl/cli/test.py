@@ -27,12 +27,16 @@ EPILOG = """\
 examples:
   cortexc test scenarios --junit results.xml
   cortexc test runs/night/worst --bound "delta_v <= 10 km/h" --allow-collisions
-  cortexc test crossing.scn --max-probability 1e-2 --of "no contact" --budget 5000
+  cortexc test a.scn --max-probability 1% --of "no contact" --budget 5000
   cortexc test scenarios --baseline known.toml --update-baseline
 
-exit codes:
-  0  all limits are kept    1  a file has errors    2  command line, path, driver
-  3  no valid scene         4  a limit is broken    gravest: 70, 2, 1, 4, 3"""
+exit codes, the gravest of those that apply:
+  70  a bug in cortexc
+  2   a wrong command line, a path that cannot be used, or no driver for a file
+  1   a file has errors
+  4   a limit is broken, or a probability is undecided
+  3   a file has no valid scene
+  0   all limits are kept"""
 SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 """Variable of the environment with the file to which `--format github` appends."""
 
@@ -238,7 +242,7 @@ def _exit_code(report: "GateReport") -> Exit:
 _LIMITS, _OUTPUT = "limits", "output"
 TEST = Command(
     name="test",
-    usage="PATHS [--budget N] [--bound LIMIT] [--max-probability P] [options]",
+    usage="PATHS [--budget N] [--bound LIMIT] [--baseline FILE] [options]",
     description=DESCRIPTION,
     options=(
         Option(
