@@ -35,7 +35,7 @@ INTERVAL = 5.0
 
 def file_view(file: FileResult, width: int) -> Group:
     """Return the line of a file, and below it what is to be said about its checks."""
-    head = Text(f"{file.status:<{WORD}}", STYLES[file.status], no_wrap=True)
+    head = Text.assemble((f"{file.status:<{WORD}}", STYLES[file.status]), no_wrap=True)
     note = f"{counted(file.runs, 'run')}  {duration(file.seconds):>6}"
     room = max(10, width - WORD - len(note) - 2)
     (path,) = short_names([visible(file.path)], room)
