@@ -242,7 +242,7 @@ def _exit_code(report: "GateReport") -> Exit:
 _LIMITS, _OUTPUT = "limits", "output"
 TEST = Command(
     name="test",
-    usage="PATHS [--budget N] [--bound LIMIT] [--baseline FILE] [options]",
+    usage="PATHS [--budget N] [--bound LIMIT] [options]",
     description=DESCRIPTION,
     options=(
         Option(

@@ -5,7 +5,6 @@ A further kind is a type in `engine.maps`, checks of its numbers (alone, and tog
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache
 from itertools import chain
 from typing import Any
 
@@ -52,15 +51,11 @@ def wrong_numbers(spec: MapSpec) -> Iterator[RoadError]:
 
 
 def build_network(spec: MapSpec) -> Network:
-    """Return the network of a specification; it is not changed, so that equal specifications share it.
+    """Return the network of a specification.
 
     Raises:
         RoadError: no road fits the specification.
     """
-    return _built(spec) if isinstance(spec, MapFile) else _shared(spec)
-
-
-def _built(spec: MapSpec) -> Network:
     maker = MAKERS[type(spec)]
     error = next(chain(wrong_numbers(spec), maker.wrong(spec)), None)
     if error is not None:
@@ -69,7 +64,3 @@ def _built(spec: MapSpec) -> Network:
     if spec.speed_limit is not None:
         network.speed_limits = {lane.id: spec.speed_limit for lane in network.lanes}
     return network
-
-
-_shared = lru_cache(maxsize=8)(_built)
-"""Networks of the latest specifications: kept cases of one scenario have the same road, which takes 2 ms to build."""
