@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cortex_dsl.api.runs import open_run, search
     from cortex_dsl.api.scenario import Scenario, compile_text, load
     from cortex_dsl.api.studies import study
+    from cortex_dsl.api.testing import run_tests
     from cortex_dsl.diagnostics import CompileError
     from cortex_dsl.interchange.exchange import export, measure, measure_all
     from engine.config import Config
@@ -41,6 +42,7 @@ __all__ = [
     "open_run",
     "prove",
     "resume",
+    "run_tests",
     "search",
     "study",
     "verify",
@@ -58,6 +60,7 @@ _HOMES = {
     "open_run": "cortex_dsl.api.runs",
     "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.resuming",
+    "run_tests": "cortex_dsl.api.testing",
     "search": "cortex_dsl.api.runs",
     "study": "cortex_dsl.api.studies",
     "verify": "cortex_dsl.api.opinions",

@@ -86,3 +86,13 @@ def _following(row: int, instruction: list[int]) -> tuple[int, ...]:
             return row + 1, c
         case _:
             return (row + 1,)
+
+
+def leaves_nothing_to_chance(program: Program) -> bool:
+    """Return True if all runs of a program are the same run: no param, draw or choice, and no number of a stream that
+    the file does not fix.
+    """
+    code = program.code
+    fixed = not len(program.space) and not int(code.sizes[Size.DRAWS]) and len(program.variants) == 1
+    chance = bool((code.requirement_probability < 1.0).any() or (code.step_code[:, 0] == Op.RANDOM).any())
+    return fixed and (program.settings.stream is not None or not chance)

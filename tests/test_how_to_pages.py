@@ -118,15 +118,23 @@ def test_the_page_names_the_columns_that_are_observed() -> None:
 
 @pytest.mark.parametrize("name", ["search.md", "continuous-integration.md"])
 def test_a_page_can_be_followed(name: str, tmp_path: Path, follow: Follow) -> None:
-    """From top to bottom in a folder with the examples that it names; all others compile in other tests."""
+    """From top to bottom in a folder with the examples and the scenario that it has; all others compile in other tests.
+
+    A workflow of the page runs at the end, without the steps of other tools.
+    """
     page, examples = DOCS / "how-to" / name, tmp_path / "home" / "examples"
     examples.mkdir(parents=True)
     for path in (ROOT / "examples").glob("*.scn"):
         if path.name in page.read_text(encoding="utf-8"):
             shutil.copy(path, examples)
+    if scenario := re.search(r"Take\s`(\S+)`", page.read_text(encoding="utf-8")):
+        (tmp_path / "home" / scenario[1]).parent.mkdir()
+        (tmp_path / "home" / scenario[1]).write_text(*blocks(page, "scn whole"), encoding="utf-8")
     lines = lines_of(page)
+    steps = [line for workflow in blocks(page, "yaml") for line in re.findall(r"- run: (cortexc .*)", workflow)]
     assert len(lines) >= 3
-    follow(lines, tmp_path / "home")
+    assert len(steps) == (2 if scenario else 0)
+    follow([*lines, *steps], tmp_path / "home")
 
 
 def test_the_readme_can_be_followed(tmp_path: Path, follow: Follow) -> None:

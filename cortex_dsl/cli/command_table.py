@@ -130,6 +130,13 @@ def _explain() -> Command:
     return EXPLAIN
 
 
+@_subcommand("test", "run files and fail if a limit is broken, for CI", "PATHS")
+def _test() -> Command:
+    from cortex_dsl.cli.test import TEST
+
+    return TEST
+
+
 @_subcommand("study", "many runs of several methods, compared run by run", "[FILES]")
 def _study() -> Command:
     from cortex_dsl.cli.study import STUDY
@@ -137,7 +144,7 @@ def _study() -> Command:
     return STUDY
 
 
-@_subcommand("resume", "continue a search that was stopped or killed", "RUN")
+@_subcommand("resume", "continue a search that was stopped or killed", "RUN", first_page=False)
 def _resume() -> Command:
     from cortex_dsl.cli.search import RESUME
 

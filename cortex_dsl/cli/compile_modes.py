@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def check(request: CompileRequest, terminal: Terminal) -> int:
     """Compile a file, prove its feasibility, and show the results."""
-    from cortex_dsl.console.scenario_mistakes import misplaced
+    from cortex_dsl.api.scenario_mistakes import misplaced
     from cortex_dsl.report.findings.impossible import no_scene_at_all
     from cortex_dsl.report.terminal.check_view import feasibility_view
     from engine.feasibility import remembered

@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario_mistakes import failure_of, undefined_value
 from cortex_dsl.cli.file_options import OPTIONS, to_request
 from cortex_dsl.console.command import Parser, add_rows, settle
 from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.kernels import RUN, SAMPLE, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
-from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import (
     draw,
-    failure_of,
     open_scenario,
     perform_run,
     proved_impossible,
@@ -167,7 +166,9 @@ def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> 
     done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
     errors = np.flatnonzero(done.outcomes.verdict == Verdict.ERROR)
     if len(errors):
-        sampled.mistake = failure_of(scenario, done.scenes, done.outcomes, int(errors[0]))
+        sampled.mistake = failure_of(
+            scenario.compiled, scenario.config.simulation, done.scenes, done.outcomes, int(errors[0])
+        )
         return
     said = blame(program, done.tell(sampled.reported).scenes, config.simulation, config.contact, jobs)
     sampled.runs = sampled.runs.plus(done.outcomes, said)

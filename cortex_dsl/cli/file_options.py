@@ -65,6 +65,7 @@ exit codes:
   1    the file has errors
   2    a wrong command line, or a path that cannot be read or written
   3    no valid scene
+  4    the command ran, and a stated limit was broken (cortexc test)
   70   a bug in cortexc: please report it
   130  interrupted with Ctrl-C
 

@@ -66,6 +66,8 @@ def show(
         write_diagnostics(source, document)
         terminal.wrote.extend(document.wrote)
     elif request.diagnostics_format == "github":
+        from cortex_dsl.report.github import github_annotations
+
         for line in github_annotations(source, diagnostics):
             terminal.write(line)
     elif diagnostics:
@@ -90,29 +92,6 @@ def write_diagnostics(source: Source, terminal: Terminal, feasibility: Mapping[s
     errors = sum(each["severity"] == Severity.ERROR.value for each in terminal.diagnostics)
     content = {"file": source.name, "errors": errors}
     terminal.document("diagnostics", content | ({} if feasibility is None else {"feasibility": feasibility}))
-
-
-def github_annotations(source: Source, diagnostics: Sequence[Diagnostic]) -> list[str]:
-    """Return workflow commands that GitHub shows next to the line."""
-    lines = []
-    for d in diagnostics:
-        start, end = source.position(d.label.span.start), source.position(d.label.span.end)
-        level = d.severity.value if d.severity in (Severity.ERROR, Severity.WARNING) else "notice"
-        file = _property(source.file(d.label.span.start).name)
-        place = f"file={file},line={start.line},endLine={end.line},col={start.column}"
-        if start.line == end.line:
-            place += f",endColumn={max(end.column, start.column)}"
-        text = ". ".join(part for part in (d.message, d.label.text, d.reason, d.cure) if part)
-        lines.append(f"::{level} {place},title={_property(d.code)}::{_data(text)}")
-    return lines
-
-
-def _data(text: str) -> str:
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
 
 
 # -- `--freeze`: the params of the system under test are held fixed, so that no search wins by switching brakes off ----

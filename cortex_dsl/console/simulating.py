@@ -299,7 +299,7 @@ def blame_of_search(program: Program, campaign: "Campaign", seed: int) -> "Accou
 
 def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest, terminal: Terminal) -> None:
     """Show the objects whose places alone reject every scene, if there are any."""
-    from cortex_dsl.console.scenario_mistakes import misplaced
+    from cortex_dsl.api.scenario_mistakes import misplaced
 
     proved = blame.conflict.requirements if blame.conflict is not None and blame.conflict.proved else ()
     if mistakes := misplaced(compiled, proved):
@@ -309,7 +309,7 @@ def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest
 
 def _undefined(request: CompileRequest, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
     """Arithmetic without a result is the file's mistake; anything else is ours."""
-    from cortex_dsl.console.scenario_mistakes import undefined_value
+    from cortex_dsl.api.scenario_mistakes import undefined_value
 
     diagnostic = undefined_value(scenario.compiled, scenes)
     if diagnostic is None:
@@ -322,7 +322,9 @@ def _failed(
     request: CompileRequest, scenario: Scenario, scenes: Scenes, outcomes: Outcomes, terminal: Terminal
 ) -> Exit:
     """Show the mistake of the file; anything else is ours."""
-    diagnostic = failure_of(scenario, scenes, outcomes)
+    from cortex_dsl.api.scenario_mistakes import failure_of
+
+    diagnostic = failure_of(scenario.compiled, scenario.config.simulation, scenes, outcomes)
     if diagnostic is None:
         from cortex_dsl.report.findings.story import end_of
 
@@ -330,22 +332,6 @@ def _failed(
         raise RuntimeError(f"{what}: {end_of(scenario.program, outcomes, 0).text}")
     show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
     return Exit.DIAGNOSTICS
-
-
-def failure_of(scenario: Scenario, scenes: Scenes, outcomes: Outcomes, row: int = 0) -> Diagnostic | None:
-    """Why a run failed: a behaviour that never acts, or a number that does not exist; None where it is no mistake of
-    the file.
-    """
-    from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
-
-    reason, rule = int(outcomes.end_reason[row]), int(outcomes.end_rule[row])
-    if reason == EndReason.STUCK:
-        budget = scenario.config.simulation.instruction_budget
-        return never_acts(scenario.compiled, budget, rule, float(outcomes.end_time[row]))
-    if reason == EndReason.BROKEN and rule >= 0:
-        genome = scenes.genomes[row].tolist()
-        return undefined_objective(scenario.compiled, rule, scenario.program.space, genome)
-    return undefined_value(scenario.compiled, scenes, row)
 
 
 # -- runs of a search that failed over the file itself -----------------------------------------------------------------
@@ -360,7 +346,7 @@ def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:
     stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
     if not (len(undefined) or len(failed) or len(stuck)):
         return None
-    from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
+    from cortex_dsl.api.scenario_mistakes import never_acts, undefined_objective, undefined_value
 
     if len(stuck):
         first = tuple(stuck[0])

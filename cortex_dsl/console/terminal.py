@@ -7,7 +7,7 @@ to send.
 
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -113,10 +113,21 @@ class Exit(IntEnum):
     """A wrong command line, or a path that cannot be read or written."""
     NO_SCENE = 3
     """Infeasible, exhausted, or a single run that was aborted."""
+    BROKEN_LIMIT = 4
+    """The command ran, and a stated limit was broken."""
     BUG = 70
     """Ours. `EX_SOFTWARE` of sysexits.h."""
     INTERRUPTED = 130
     """Ctrl-C: 128 + SIGINT."""
+
+
+GRAVITY = (Exit.BUG, Exit.USAGE, Exit.DIAGNOSTICS, Exit.BROKEN_LIMIT, Exit.NO_SCENE)
+"""Exit codes, the gravest first: a command to which several apply ends with the first of them."""
+
+
+def gravest(codes: Iterable[Exit]) -> Exit:
+    """Return the gravest exit code; 0 without any."""
+    return min(codes, key=GRAVITY.index, default=Exit.FINE)
 
 
 class UsageError(CortexError):

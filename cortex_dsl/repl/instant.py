@@ -65,7 +65,7 @@ def is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     if not len(errors):
         return False
-    from cortex_dsl.console.scenario_mistakes import undefined_value
+    from cortex_dsl.api.scenario_mistakes import undefined_value
 
     diagnostic = undefined_value(scenario.compiled, scenes, int(errors[0]))
     if diagnostic is None:
@@ -80,9 +80,9 @@ def _fails(state: State, scenario: "Scenario", scenes: "Scenes", outcomes: "Outc
     if not len(errors):
         return False
     row = int(errors[0])
-    from cortex_dsl.console.simulating import failure_of
+    from cortex_dsl.api.scenario_mistakes import failure_of
 
-    diagnostic = failure_of(scenario, scenes, outcomes, row)
+    diagnostic = failure_of(scenario.compiled, scenario.config.simulation, scenes, outcomes, row)
     if diagnostic is None:
         raise RuntimeError(f"the simulation failed after {outcomes.end_time[row]:.2f} s")
     refuse(state, scenario.compiled.source, [diagnostic])

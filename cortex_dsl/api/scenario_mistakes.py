@@ -22,15 +22,17 @@ from cortex_dsl.semantics.errors.runs import NO_NUMBER
 from cortex_dsl.semantics.errors.values import OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
+from engine.config import SimulationConfig
 from engine.feasibility import conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
 from engine.operators import OPERATORS
 from engine.operators.bounds import DIVISIONS
 from engine.program import ParamSpace, checking
 from engine.tables import ROAD_REGION
-from engine.vocabulary import Column
+from engine.vocabulary import Column, EndReason
 
 if TYPE_CHECKING:
+    from engine.outcomes import Outcomes
     from engine.scenes import Scenes
 
 
@@ -147,6 +149,20 @@ def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagn
         if (culprit := _culprit(expression, genes, draws)) is not None:
             return _diagnostic(what, culprit, _drawn(compiled.program.space, expression, scenes, row))
     return None
+
+
+def failure_of(
+    compiled: Compiled, config: SimulationConfig, scenes: "Scenes", outcomes: "Outcomes", row: int = 0
+) -> Diagnostic | None:
+    """Return the diagnostic for a failed run: a behaviour that never acts, or a number that does not exist; None if the
+    file has no part.
+    """
+    reason, rule = int(outcomes.end_reason[row]), int(outcomes.end_rule[row])
+    if reason == EndReason.STUCK:
+        return never_acts(compiled, config.instruction_budget, rule, float(outcomes.end_time[row]))
+    if reason == EndReason.BROKEN and rule >= 0:
+        return undefined_objective(compiled, rule, compiled.program.space, scenes.genomes[row].tolist())
+    return undefined_value(compiled, scenes, row)
 
 
 def _values(variant: ir.Variant, values: np.ndarray, source: Source) -> Iterator[tuple[str, ir.Expr]]:

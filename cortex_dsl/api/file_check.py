@@ -1,0 +1,428 @@
+"""Test of one scenario file: its runs, the limits that they break, and the first run that breaks each.
+
+A file that leaves nothing to chance is run once. Any other file is run with successive seeds: run i of seed S is that
+of `cortexc FILE --seed N` with N = S * SEEDS + i - 1, so that this command repeats it.
+"""
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from shlex import join
+
+import numpy as np
+
+from cortex_dsl.api.limits import BUDGET, MOST_RUNS, Budget, budget_of
+from cortex_dsl.api.scenario import NO_SCENE, Scenario, load
+from cortex_dsl.api.scenario_files import ScenarioFile
+from cortex_dsl.api.scenario_mistakes import failure_of
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.plain_text import as_argument
+from cortex_dsl.report.findings.gate_report import Check, FailedRun, FileResult, Kind, Measured, Status
+from cortex_dsl.report.findings.story import end_of
+from engine.config import Config
+from engine.dependence import leaves_nothing_to_chance
+from engine.driving.blocks import Driver
+from engine.errors import ControllerError
+from engine.gates.bounds import Bound, bounded_values
+from engine.gates.decision import UNDECIDED, Answer, RateDecision, decide_rate
+from engine.outcomes import Outcomes
+from engine.program import Program
+from engine.scenes import Scenes
+from engine.streams import single_keys
+from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import EndReason, Sense, Verdict
+
+BLOCK = 256
+"""Runs between two looks at a probability, and scenes in one query to a driver by default."""
+SEEDS = MOST_RUNS
+"""Number of seeds that belong to one seed of a test."""
+SEED_LIMIT = (2**63 - 1) // SEEDS - 1
+"""Largest seed of a test."""
+KMH = 3.6
+CONTACT = "no contact of the ego"
+"""Name of the check of a file without an `expect`."""
+CONTROLLER = "controller"
+
+OnRuns = Callable[[int, int], None]
+"""Callback with the finished runs and the budget of the file that is running in this process."""
+Prepare = Callable[[Scenario], None]
+
+
+@dataclass(frozen=True)
+class GatePlan:
+    """Settings of a test."""
+
+    budget: Budget = field(default_factory=lambda: budget_of(BUDGET))
+    seed: int = 0
+    allow_collisions: bool = False
+    bounds: tuple[Bound, ...] = ()
+    max_probability: float | None = None
+    of: str | None = None
+    """Name of the `expect` whose probability is limited; None: contacts of the ego."""
+    undecided_passes: bool = False
+    driver: Driver | None = None
+    replay: tuple[str, ...] = ()
+    """Words of a replay command that name the driver."""
+    jobs: int = 1
+
+
+def check_file(
+    file: ScenarioFile,
+    plan: GatePlan,
+    seconds: float = np.inf,
+    on_runs: OnRuns | None = None,
+    prepare: Prepare | None = None,
+) -> FileResult:
+    """Return the result of one file, of as many runs as its budget or `seconds` allow.
+
+    Raises:
+        UnreadableFileError: the file cannot be read.
+    """
+    started = time.monotonic()
+    result = FileResult(str(file.path), seed=plan.seed, found=file.found)
+    try:
+        scenario = load(file.path)
+        result = replace(result, digest=scenario.program.digest, imports=_imports(scenario))
+        if prepare is not None:
+            prepare(scenario)
+        result = _Testing(scenario, plan, result).finished(started + seconds, on_runs)
+    except CompileError as error:
+        result = replace(result, error=error)
+    except ControllerError as error:
+        result = replace(result, no_driver=str(error))
+    return replace(result, seconds=time.monotonic() - started)
+
+
+def _imports(scenario: Scenario) -> tuple[str, ...]:
+    return tuple(sorted({os.path.realpath(file.name) for file in scenario.compiled.source.imported}))
+
+
+@dataclass(frozen=True)
+class _Criterion:
+    """A limit of a file: a condition that runs may break, and how often they may."""
+
+    name: str
+    kind: Kind
+    """Kind of the condition: an `expect`, a contact, or a bound."""
+    column: int = -1
+    """Number of the `expect` among the objectives."""
+    bound: Bound | None = None
+    line: int = 0
+    limit: float | None = None
+
+
+@dataclass
+class _Count:
+    """Runs of a criterion so far."""
+
+    runs: int = 0
+    failures: int = 0
+    first: FailedRun | None = None
+    decision: RateDecision = UNDECIDED
+
+
+def _criteria(program: Program, plan: GatePlan, *, kept: bool) -> tuple[_Criterion, ...]:
+    """Return the limits of a file in the order of its text, bounds last.
+
+    A probability limits one of them; the one run of a kept case is judged like any other condition.
+    """
+    limit = None if kept else plan.max_probability
+    expects = [
+        _Criterion(each.name, Kind.EXPECT, column, line=each.line, limit=limit if each.name == plan.of else None)
+        for column, each in enumerate(program.judged.objectives)
+        if each.sense is Sense.EXPECT
+    ]
+    limited = plan.max_probability is not None and plan.of is None
+    contact = limited or not (expects or plan.allow_collisions)
+    contacts = [_Criterion(CONTACT, Kind.CONTACT, limit=limit if limited else None)] if contact else []
+    return (*expects, *contacts, *(_Criterion(bound.text, Kind.BOUND, bound=bound) for bound in plan.bounds))
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Finished runs in a row."""
+
+    numbers: Ints
+    """(n,) Numbers of the runs, from 1."""
+    seeds: Ints | None
+    scenes: Scenes
+    outcomes: Outcomes
+    failures: tuple[ControllerError, ...] = ()
+
+    def seed(self, row: int) -> int | None:
+        return None if self.seeds is None else int(self.seeds[row])
+
+
+class _Testing:
+    """Runs of one file, and what they broke."""
+
+    def __init__(self, scenario: Scenario, plan: GatePlan, result: FileResult) -> None:
+        self.scenario, self.plan = scenario, plan
+        self.program = scenario.program
+        self.kept = leaves_nothing_to_chance(self.program)
+        self.criteria = _criteria(self.program, plan, kept=self.kept)
+        self.counts = [_Count() for _ in self.criteria]
+        self.lost = _Count()
+        self.runs = self.valid = 0
+        self.last = Verdict.VALID
+        """Verdict of the last run that does not count."""
+        self.driver = self._driver()
+        unused = plan.driver is not None and not self.program.controls
+        remarks = ("nobody in it is driven from outside, so that --ego has no effect",) if unused else ()
+        self.result = replace(result, kept=self.kept, remarks=remarks)
+
+    def _driver(self) -> Driver | None:
+        """Return the driver of the plan with an empty history; None if the file has no controller.
+
+        Raises:
+            ControllerError: it does not fit the controllers of the file.
+        """
+        if self.plan.driver is None or not self.program.controls:
+            return None
+        from engine.driving.controllers import controllers_of
+
+        controllers_of(self.program, self.plan.driver.given)
+        return self.plan.driver.without_history()
+
+    def finished(self, until: float, on_runs: OnRuns | None) -> FileResult:
+        """Return the result after all runs; `until` is the time at which they end, by the monotonic clock [s].
+
+        Raises:
+            CompileError: a run met a mistake of the file.
+        """
+        budget = 1 if self.kept else self.plan.budget.runs
+        while self.runs < budget and not self._is_settled() and (not self.runs or time.monotonic() < until):
+            try:
+                self._take(self._block(min(BLOCK, budget - self.runs)))
+            except ControllerError as error:
+                if self.driver is None:
+                    raise
+                self._lose(FailedRun(self.runs + 1, self._seed(self.runs), event=error.message))
+                self.runs += 1
+                break
+            if on_runs is not None:
+                on_runs(self.runs, budget)
+            if not self.valid and not self.lost.runs:
+                break
+        return replace(self.result, runs=self.runs, valid=self.valid, checks=self._checks(), no_scene=self._no_scene())
+
+    def _is_settled(self) -> bool:
+        """Return True if further runs change nothing: every limit is on a probability, and decided."""
+        return bool(self.criteria) and all(
+            criterion.limit is not None and count.decision.answer is not Answer.OPEN
+            for criterion, count in zip(self.criteria, self.counts, strict=True)
+        )
+
+    def _seed(self, index: int) -> int | None:
+        return None if self.kept else self.plan.seed * SEEDS + index
+
+    # -- runs
+
+    def _block(self, count: int) -> _Block:
+        """Draw and run the next scenes.
+
+        Raises:
+            ControllerError: the driver fails everywhere.
+        """
+        config, jobs = self.scenario.config, self.plan.jobs
+        numbers = np.arange(self.runs + 1, self.runs + count + 1)
+        seeds = None if self.kept else self.plan.seed * SEEDS + numbers - 1
+        if seeds is None:
+            stream = self.program.settings.stream
+            scenes = replace(self.scenario, config=replace(config, driver=None)).scene_of_seed(None if stream else 0)
+        else:
+            scenes = draw_scenes(self.scenario, seeds, jobs, hopeful=self.valid > 0)
+        if self.driver is None:
+            return _Block(numbers, seeds, scenes, self.scenario.simulate(scenes, jobs=jobs))
+        done = self.driver.drive(self.program, scenes, config.simulation, config.contact, jobs)
+        return _Block(numbers, seeds, done.scenes, done.outcomes, done.failures)
+
+    def _take(self, block: _Block) -> None:
+        """Judge the runs of a block.
+
+        Raises:
+            CompileError: a run met a mistake of the file.
+        """
+        verdict = block.outcomes.verdict
+        for row in np.flatnonzero(verdict == Verdict.ERROR)[:1].tolist():
+            diagnostic = failure_of(
+                self.scenario.compiled, self.scenario.config.simulation, block.scenes, block.outcomes, row
+            )
+            if diagnostic is None:
+                raise RuntimeError(f"run {block.numbers[row]} of {self.result.path} failed")
+            raise CompileError(self.scenario.compiled.source, [diagnostic])
+        valid = verdict == Verdict.VALID
+        self.runs += len(verdict)
+        self.valid += int(valid.sum())
+        if not valid.all():
+            self.last = Verdict(int(verdict[~valid][-1]))
+        lost = np.flatnonzero(verdict == Verdict.CONTROLLER)
+        self.lost.runs += int(valid.sum()) + len(lost)
+        if len(lost):
+            row = int(lost[0])
+            event = block.failures[0].what if block.failures else "the driver failed"
+            self._lose(FailedRun(int(block.numbers[row]), block.seed(row), event=event), len(lost))
+        for criterion, count in zip(self.criteria, self.counts, strict=True):
+            self._judge(criterion, count, block, valid)
+
+    def _lose(self, first: FailedRun, count: int = 1) -> None:
+        """Count runs in which the driver failed."""
+        self.lost.failures += count
+        self.lost.first = self.lost.first or first
+
+    def _judge(self, criterion: _Criterion, count: _Count, block: _Block, valid: Bools) -> None:
+        """Add the runs of a block to the count of a criterion; a decision on a probability stands."""
+        if count.decision.answer is not Answer.OPEN:
+            return
+        values = self._values(criterion, block)
+        broken = valid & self._broken(criterion, block, values)
+        count.runs += int(valid.sum())
+        count.failures += int(broken.sum())
+        if count.first is None and broken.any():
+            count.first = self._failed(criterion, block, int(np.flatnonzero(broken)[0]), values)
+        if criterion.limit is not None:
+            count.decision = decide_rate(count.failures, count.runs, criterion.limit)
+
+    def _values(self, criterion: _Criterion, block: _Block) -> Floats | None:
+        if criterion.bound is None:
+            return None
+        return bounded_values(criterion.bound, self.program, block.scenes, block.outcomes, self._config())
+
+    def _config(self) -> Config:
+        config = self.scenario.config
+        return replace(config, search=replace(config.search, jobs=self.plan.jobs))
+
+    def _broken(self, criterion: _Criterion, block: _Block, values: Floats | None) -> Bools:
+        outcomes = block.outcomes
+        if criterion.bound is not None and values is not None:
+            return ~criterion.bound.holds(values)
+        if criterion.kind is Kind.EXPECT:
+            return outcomes.broken[:, criterion.column] == 1.0
+        return outcomes.collided | (outcomes.end_reason == EndReason.BUILDING)
+
+    def _failed(self, criterion: _Criterion, block: _Block, row: int, values: Floats | None) -> FailedRun:
+        """Return the numbers of a run that breaks a criterion."""
+        outcomes, numbers = block.outcomes, list[Measured]()
+        if criterion.bound is not None and values is not None:
+            value = float(values[row]) / criterion.bound.scale
+            numbers.append(Measured(criterion.bound.name, value, criterion.bound.unit))
+        elif criterion.kind is Kind.EXPECT:
+            numbers.append(Measured("robustness", float(outcomes.sought[row, criterion.column])))
+        event = f"{float(outcomes.end_time[row]):.2f} s: {end_of(self.program, outcomes, row).text}"
+        if outcomes.collided[row]:
+            pair = int(outcomes.contact_actors[row, 1]) - 1
+            speeds = zip((0, pair + 1), (outcomes.ego_speed, outcomes.other_speed), strict=True)
+            numbers += (
+                Measured(self.program.actors[actor], float(speed[row, pair]) * KMH, "km/h") for actor, speed in speeds
+            )
+        elif len(self.program.actors) > 1:
+            pair = int(np.argmin(outcomes.min_distance[row]))
+            distance = float(outcomes.min_distance[row, pair])
+            numbers.append(Measured(f"distance to {self.program.actors[pair + 1]}", distance, "m"))
+        return FailedRun(int(block.numbers[row]), block.seed(row), tuple(numbers), event)
+
+    # -- results
+
+    def _checks(self) -> tuple[Check, ...]:
+        counted = zip(self.criteria, self.counts, strict=True)
+        checks = [self._check(criterion, count) for criterion, count in counted] if self.valid else []
+        if self.driver is not None:
+            status = Status.FAIL if self.lost.failures else Status.PASS
+            parts = CONTROLLER, Kind.CONTROLLER, status, self.lost.runs, self.lost.failures
+            checks.append(Check(*parts, first=self.lost.first, replay=self._replay(self.lost.first)))
+        return tuple(checks)
+
+    def _check(self, criterion: _Criterion, count: _Count) -> Check:
+        place, line = self._place(criterion.line)
+        if criterion.limit is None:
+            status = Status.FAIL if count.failures else Status.PASS
+        else:
+            status = OF_ANSWER[count.decision.answer]
+        return Check(
+            name=criterion.name,
+            kind=criterion.kind if criterion.limit is None else Kind.PROBABILITY,
+            status=status,
+            runs=count.runs,
+            failures=count.failures,
+            place=place,
+            line=line,
+            first=count.first,
+            replay=self._replay(count.first),
+            limit=criterion.limit,
+            rate=None if criterion.limit is None else count.decision,
+        )
+
+    def _place(self, line: int) -> tuple[str, int]:
+        """Return the file of a line, "" for the tested file, and its number there."""
+        for file in reversed(self.program.imported):
+            if line >= file.first_line:
+                return file.name, line - file.first_line + 1
+        return "", line
+
+    def _replay(self, first: FailedRun | None) -> str:
+        """Return the command that repeats a run; "" without one."""
+        if first is None:
+            return ""
+        seed = [] if first.seed is None else ["--seed", str(first.seed)]
+        words = self.plan.replay if self.driver is not None else ()
+        return join(["cortexc", as_argument(Path(self.result.path)), *seed, *words])
+
+    def _no_scene(self) -> str:
+        """Return the reason why no run counts; "" if one does, or if the driver failed in all."""
+        if self.valid or self.lost.failures:
+            return ""
+        from engine.feasibility import remembered
+
+        last = Verdict.INFEASIBLE if remembered(self.program).infeasible else self.last
+        return NO_RUN.get(last, "no valid scene was found")
+
+
+OF_ANSWER = {Answer.KEPT: Status.PASS, Answer.BROKEN: Status.FAIL, Answer.OPEN: Status.UNDECIDED}
+NO_RUN = {
+    Verdict.INFEASIBLE: "no scene is possible: requirements exclude each other",
+    Verdict.ABORTED: "no run counts: each broke a requirement on the run",
+}
+"""Reasons by the verdict of the last run."""
+
+
+# -- scenes by their seeds ---------------------------------------------------------------------------------------------
+
+
+def draw_scenes(scenario: Scenario, seeds: Ints, jobs: int = 1, *, hopeful: bool = False) -> Scenes:
+    """Return the scene of `cortexc FILE --seed N` for each of the seeds (n,); it is not valid if no genome allows one.
+
+    If no first genome allows a scene, only the first seed tries further ones, unless `hopeful`: some scene is known to
+    exist.
+    """
+    from engine.feasibility import remembered
+    from engine.sampling import draw_genomes, sample
+
+    program, config = scenario.program, scenario.config.simulation
+    scenes: Scenes | None = None
+    waiting, doubtful = np.arange(len(seeds)), False
+    for key in single_keys(program, 0):
+        keys = np.repeat(key, len(waiting), axis=0)
+        keys[:, 0] = seeds[waiting]
+        drawn = sample(program, draw_genomes(program.space, keys), keys, config, jobs)
+        failed = np.isin(drawn.verdict, NO_SCENE)
+        if scenes is None:
+            scenes, doubtful = drawn, bool(failed.all()) and not hopeful
+            failed[1:] &= not doubtful
+        else:
+            _overwrite(scenes, drawn, waiting)
+        waiting = waiting[failed]
+        if not len(waiting) or (doubtful and remembered(program).infeasible):
+            break
+    assert scenes is not None
+    if doubtful and scenes.verdict[0] not in NO_SCENE and len(seeds) > 1:
+        return draw_scenes(scenario, seeds, jobs, hopeful=True)
+    return scenes
+
+
+def _overwrite(scenes: Scenes, drawn: Scenes, rows: Ints) -> None:
+    """Write drawn scenes into some rows."""
+    for name in Scenes.__dataclass_fields__:
+        if name != "actions":
+            getattr(scenes, name)[rows] = getattr(drawn, name)
