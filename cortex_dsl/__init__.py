@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from cortex_dsl.interchange.exchange import export, measure, measure_all
     from engine.config import Config
     from engine.errors import CortexError
+    from engine.search.probability.functions import probability
 
     __version__: str
 
@@ -39,6 +40,7 @@ __all__ = [
     "measure",
     "measure_all",
     "open_run",
+    "probability",
     "prove",
     "resume",
     "search",
@@ -56,6 +58,7 @@ _HOMES = {
     "measure": "cortex_dsl.interchange.exchange",
     "measure_all": "cortex_dsl.interchange.exchange",
     "open_run": "cortex_dsl.api.runs",
+    "probability": "engine.search.probability.functions",
     "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.resuming",
     "search": "cortex_dsl.api.runs",

@@ -19,12 +19,12 @@ from cortex_dsl.report.findings.failures import (
     rate_texts,
 )
 from cortex_dsl.report.findings.probability_report import (
-    EXPOSURE,
     HOW,
     SAMPLE_TIME,
     avoidable_interval_text,
     avoidable_text,
     counts_text,
+    exposure_text,
     how_drawn,
     interval_text,
     probability_text,
@@ -172,9 +172,7 @@ def _partners(record: Record) -> Iterator[Node]:
 
 NOTE = (
     "Given a valid run, when every param is drawn from its distribution in the file. "
-    "The results of a search say nothing about this: "
-    f"it samples where it has found danger. Also, {EXPOSURE}; "
-    f"{SAMPLE_TIME}."
+    "The results of a search say nothing about this: it samples where it has found danger. Also, "
 )
 HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
 
@@ -186,14 +184,15 @@ def likely(run: StoredRun) -> Element:
         StoreError: the estimates cannot be read.
     """
     found = read_estimates(run.folder, run.scenario.program.digest)
+    note = f"{NOTE}{'; '.join(filter(None, (exposure_text(run.scenario.program), SAMPLE_TIME)))}."
     if found:
         rows = table(HEAD, [_row(each) for each in found], "likely")
-        return part("probability", "How probable is it?", None, rows, folded("How this is determined", NOTE))
+        return part("probability", "How probable is it?", None, rows, folded("How this is determined", note))
     driver = run.record.manifest.driver
     words = ["cortexc probability", quote(without_folders(str(run.folder))), as_options(driver.name) if driver else ""]
     command = element("pre", " ".join(filter(None, words)), class_="command")
     missing = element("p", "Not estimated yet. This command estimates it, and the next report shows it:", class_="note")
-    return part("probability", "How probable is it?", None, missing, command, folded("How this is determined", NOTE))
+    return part("probability", "How probable is it?", None, missing, command, folded("How this is determined", note))
 
 
 def _row(found: Probability) -> Element:

@@ -19,7 +19,7 @@ rare, `subset_simulation` and `importance_sampling`, which a score leads to fail
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -47,7 +47,10 @@ from engine.search.probability.subset_simulation import subset_simulation
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Method, Verdict
+from engine.vocabulary import Method, Side, Verdict
+
+if TYPE_CHECKING:
+    from engine.search.objectives import Objective, Runs
 
 __all__ = [
     "CONDITIONS",
@@ -114,16 +117,61 @@ def estimate(
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
     config, *others = _recorded(config)
-    evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, *others, config)
+    aims, targets = _partners(program) if method == "importance" and not of and score is DISTANCE else ((), {})
+    evaluate, judge = make_evaluator(program, config, PAPER, aims), make_judge(program, *others, config)
     if of:
         evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
         score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
     if method in RARE:
-        found = _all_known(RARE[method].function(program.space, evaluate, samples, seed, judge=judge, score=score))
+        function = RARE[method].function
+        found = _all_known(function(program.space, evaluate, samples, seed, judge=judge, score=score, **targets))
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
         found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
     return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
+
+
+def _partners(program: Program) -> "tuple[tuple[Objective, ...], dict[str, Any]]":
+    """Return objectives that measure the distance and the side of each partner, and the targets that read them: each
+    partner, and each on each side of the ego, where it is at its closest approach.
+    """
+    from engine.search.objectives import Objective
+
+    aims: list[Objective] = []
+    targets: list[Score] = []
+    for pair in range(len(program.actors) - 1):
+        distance = len(aims)
+        aims += [
+            Objective(
+                "distance", "minus its least distance", _column("min_distance", pair, -1.0), _collided, -1.0, "m"
+            ),
+            Objective("side", "the side on which it is then", _column("side", pair), _collided),
+        ]
+        targets += [_target(distance, side) for side in (None, *Side)]
+    return tuple(aims), {"targets": targets}
+
+
+def _column(name: str, pair: int, sign: float = 1.0) -> "Callable[[Runs], Floats]":
+    return lambda runs: sign * getattr(runs.outcomes, name)[:, pair]
+
+
+def _collided(runs: "Runs", _values: Floats) -> Bools:
+    return np.asarray(runs.outcomes.collided, dtype=bool)
+
+
+def _target(distance: int, side: Side | None) -> Score:
+    """Return the score of collisions with one partner, on one side of the ego or on any."""
+
+    def nearness(runs: Assessment) -> Floats:
+        return np.where(is_there(runs), runs.sought[:, distance], -np.inf)
+
+    def failed(runs: Assessment) -> Bools:
+        return is_there(runs) & runs.collided & (runs.sought[:, distance] >= 0.0)
+
+    def is_there(runs: Assessment) -> Bools:
+        return np.ones(len(runs), dtype=bool) if side is None else runs.sought[:, distance + 1] == side
+
+    return replace(DISTANCE, nearness=nearness, failed=failed)
 
 
 def _recorded(config: Config) -> tuple[Config, ...]:
