@@ -18,6 +18,8 @@ HOW = {
     ),
 }
 """Estimator and interval of each method."""
+STOPPED = "plain Monte Carlo, until the interval is narrow enough; confidence sequence of a beta mixture (Robbins 1970)"
+"""Estimator and interval under `--until-width`."""
 PLAIN = "`--method mc` needs no distance to failure, and gives an upper bound"
 BOUNDS = "`--method mc` gives bounds"
 MORE = "take more samples, or `--method mc`"
@@ -86,6 +88,18 @@ def interval_text(found: Probability) -> str:
     if not math.isfinite(found.interval.low):
         return f"none, as {withheld_text(found)}" if found.valid else "none"
     return _range(found.interval)
+
+
+def sequence_text(found: Probability) -> str:
+    """Return the interval that holds at every look; empty where there is none, or where it is the interval."""
+    if found.until_width or not math.isfinite(found.sequence.low):
+        return ""
+    return f"however often one looks while draws are added: {_range(found.sequence)}"
+
+
+def how_text(found: Probability) -> str:
+    """Return estimator and interval."""
+    return STOPPED if found.until_width else HOW[found.method]
 
 
 def avoidable_text(found: Probability) -> str:

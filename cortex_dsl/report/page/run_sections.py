@@ -19,13 +19,13 @@ from cortex_dsl.report.findings.failures import (
     rate_texts,
 )
 from cortex_dsl.report.findings.probability_report import (
-    HOW,
     SAMPLE_TIME,
     avoidable_interval_text,
     avoidable_text,
     counts_text,
     exposure_text,
     how_drawn,
+    how_text,
     interval_text,
     probability_text,
     unknown_text,
@@ -201,7 +201,7 @@ def _row(found: Probability) -> Element:
         "tr",
         _number("th", probability_text(found), f"{level}: {interval_text(found)}"),
         _number("td", avoidable_text(found), f"{level}: {avoidable_interval_text(found)}"),
-        element("td", how_drawn(found), element("br"), element("small", HOW[found.method], class_="quiet")),
+        element("td", how_drawn(found), element("br"), element("small", how_text(found), class_="quiet")),
         element("td", counts_text(found), *((element("br"), unknown_text(found)) if found.lost else ())),
         element("td", percent(found.valid_share), class_="number quiet"),
     )

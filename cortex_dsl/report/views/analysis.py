@@ -30,7 +30,6 @@ from cortex_dsl.report.findings.failures import (
     rest_text,
 )
 from cortex_dsl.report.findings.probability_report import (
-    HOW,
     SAMPLE_TIME,
     avoidable_interval_text,
     avoidable_text,
@@ -38,9 +37,11 @@ from cortex_dsl.report.findings.probability_report import (
     effective_text,
     exposure_text,
     how_drawn,
+    how_text,
     interval_text,
     levels_text,
     probability_text,
+    sequence_text,
     unknown_text,
 )
 from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, ratio, whole
@@ -274,7 +275,8 @@ def _probability(program: Program, found: Probability) -> Iterator[Block]:
     reported = f"collisions {met}" if met and found.method == "mc" and not found.of else ""
     lines = (
         reported,
-        HOW[found.method],
+        how_text(found),
+        sequence_text(found),
         effective_text(found),
         levels_text(found),
         exposure_text(program),

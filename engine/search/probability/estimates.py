@@ -26,6 +26,8 @@ from engine.vocabulary import Verdict
 NOT_KNOWN = Interval(math.nan, math.nan)
 PARAMS, JOINT = CONDITIONS = ("params", "joint")
 """Conditions: a new attempt at a scene samples the scene alone (`params`), or the params too (`joint`)."""
+REPETITIONS = 10
+"""Independent estimates of subset simulation."""
 MOST_DRIVEN = 5_000
 """Collisions of an estimate that the reference driver drives again."""
 
@@ -109,10 +111,14 @@ class Probability:
     """Share of a level's runs that lay on a plateau."""
     reached: int = 0
     """Climbs to all failures that came to one; `subset` calls them repetitions."""
-    repetitions: int = 10
+    repetitions: int = REPETITIONS
     """Number of these climbs."""
     effective: float = math.nan
     """Effective sample size of the failures. Under `importance` alone."""
+    sequence: Interval = NOT_KNOWN
+    """Interval that holds the probability at every look, whenever the draws stop, at `level`. Under `mc` alone."""
+    until_width: float = 0.0
+    """Width of `sequence` at which the draws were to stop; `interval` then is `sequence`. 0: a number of draws."""
     of: str = ""
     """Name of the expectation that is the event instead of a collision; "" for collisions."""
 
@@ -185,6 +191,9 @@ class Count(NamedTuple):
 FILE_NAME = "probability.json"
 
 
+_UNSAID = {"of": "", "errors": 0, "lost": 0, "repetitions": REPETITIONS, "until_width": 0.0}
+
+
 def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
     """Store an estimate for the program with this digest, in place of an earlier one of its kind, and return the file.
 
@@ -206,8 +215,8 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
 
 
 def content(found: Probability) -> dict[str, Any]:
-    """Return the fields as documents contain them; `of`, `errors` and `lost` only if they are not empty."""
-    return {name: value for name, value in asdict(found).items() if name not in ("of", "errors", "lost") or value}
+    """Return the fields as documents contain them; some only if they differ from those of an earlier version."""
+    return {name: value for name, value in asdict(found).items() if value != _UNSAID.get(name)}
 
 
 def read_estimates(folder: Path, program_digest: str) -> tuple[Probability, ...]:
@@ -261,7 +270,7 @@ def _probability(row: dict[str, Any]) -> Probability:
 
 _TEXTS = ("method", "condition", "score", "of")
 _TUPLES = ("levels", "by_partner")
-_INTERVALS = ("interval", "avoidable_interval")
+_INTERVALS = ("interval", "avoidable_interval", "sequence")
 
 
 def _value(name: str, value: Any) -> Any:

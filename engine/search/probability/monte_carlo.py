@@ -28,6 +28,7 @@ from engine.config import Config
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
+from engine.search.probability.confidence_sequence import sequence_interval
 from engine.search.probability.estimates import (
     CONDITIONS,
     JOINT,
@@ -68,6 +69,8 @@ __all__ = [
 
 BLOCK = 4096
 """Draws that are simulated together."""
+LOOK = 500
+"""Draws between two looks at the confidence sequence."""
 DRAWS_A_RUN = 200
 """Maximum number of draws per requested run under `joint`; the estimate then uses the runs so far."""
 
@@ -98,10 +101,12 @@ def estimate(
     condition: str = PARAMS,
     score: Score = DISTANCE,
     of: str = "",
+    until_width: float = 0.0,
 ) -> Probability:
     """Return the probability for a program, by one of `METHODS`, on the host that the config names.
 
-    The event is a collision, or with `of` the violation of that expectation of the file.
+    The event is a collision, or with `of` the violation of that expectation of the file. With `until_width`, `mc` stops
+    as soon as the confidence sequence is at most as wide; `samples` is the largest number then.
 
     Raises:
         UnknownObjectiveError: the file has no expectation of that name.
@@ -116,6 +121,8 @@ def estimate(
         if method != "mc":
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
+    if until_width and (method != "mc" or not 0.0 < until_width < 1.0):
+        raise ArgumentError(f"until_width is {until_width} with method {method}", "take method mc, and 0 < width < 1")
     config, *others = _recorded(config)
     aims, targets = _partners(program) if method == "importance" and not of and score is DISTANCE else ((), {})
     evaluate, judge = make_evaluator(program, config, PAPER, aims), make_judge(program, *others, config)
@@ -127,7 +134,7 @@ def estimate(
         found = _all_known(function(program.space, evaluate, samples, seed, judge=judge, score=score, **targets))
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
-        found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
+        found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples, until_width=until_width)
     return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
 
 
@@ -240,13 +247,16 @@ def monte_carlo(
     level: float = 0.95,
     judge: Judge | None = None,
     enough: int | None = None,
+    until_width: float = 0.0,
 ) -> Probability:
-    """Estimate by plain Monte Carlo with at most `samples` draws, or until `enough` draws gave valid runs."""
+    """Estimate by plain Monte Carlo with at most `samples` draws, or until `enough` draws gave valid runs, or until the
+    confidence sequence is at most `until_width` wide; then it is the interval.
+    """
     from engine.sampling import draw_genomes
 
-    count, driven = Count(), _Driven()
-    for start in range(0, samples, BLOCK):
-        keys = key_rows(seed, int(Method.SAMPLE), 0, 0, range(start, min(samples, start + BLOCK)))
+    count, driven, block = Count(), _Driven(), LOOK if until_width else BLOCK
+    for start in range(0, samples, block):
+        keys = key_rows(seed, int(Method.SAMPLE), 0, 0, range(start, min(samples, start + block)))
         genomes = draw_genomes(space, keys)
         runs = evaluate(genomes, keys)
         valid = np.flatnonzero(runs.verdict == Verdict.VALID)
@@ -256,12 +266,16 @@ def monte_carlo(
             genomes, keys, runs = genomes[:keep], keys[:keep], take(runs, slice(0, keep))
         count = count.more(runs)
         driven = driven.more(genomes, keys, runs, judge)
-        if count.valid == enough:
+        sequence = sequence_interval(count.collisions, count.valid, level, count.lost)
+        if count.valid == enough or sequence.high - sequence.low <= until_width:
             break
+    interval = sequence_interval if until_width else clopper_pearson
     return Probability(
         method="mc",
         value=count.collisions / count.valid if count.valid else math.nan,
-        interval=clopper_pearson(count.collisions, count.valid, level, count.lost),
+        interval=interval(count.collisions, count.valid, level, count.lost),
+        sequence=sequence_interval(count.collisions, count.valid, level, count.lost),
+        until_width=until_width,
         level=level,
         simulations=count.simulations,
         valid=count.valid,
@@ -271,7 +285,7 @@ def monte_carlo(
         errors=count.errors,
         lost=count.lost,
         avoidable=driven.avoidable / driven.valid if driven.valid else math.nan,
-        avoidable_interval=clopper_pearson(driven.avoidable, driven.valid, level, driven.lost),
+        avoidable_interval=interval(driven.avoidable, driven.valid, level, driven.lost),
         driven=driven.collisions,
         by_partner=count.by_partner,
         without_ego=count.without_ego,

@@ -26,6 +26,7 @@ from engine.program import ParamSpace
 from engine.search.probability.estimates import (
     MOST_DRIVEN,
     NOT_KNOWN,
+    REPETITIONS,
     Count,
     Judge,
     Probability,
@@ -42,8 +43,6 @@ SCOUTS = 3
 """Wide climbs, as large as a repetition."""
 SCOUT = 50
 """Number of the first one's run in the stream keys."""
-REPETITIONS = 10
-"""Independent estimates of subset simulation."""
 LEAST = 100 * REPETITIONS
 """Runs a level, over all repetitions."""
 LEFT_OUT_ABOVE = 0.1
