@@ -79,7 +79,7 @@ SPREAD = ((0.7, 0.2), (0.2, 1.0))
 decrease exponentially, slower than a normal density as narrow as the failures: without the second part, failures far
 beyond the border would rarely be drawn and would have large weights.
 """
-LAST_SHARE = 4
+LAST_SHARE = 2
 """Reciprocal of the minimum share of simulations that is left for the estimate."""
 BLOCK = 4096
 """Draws that are simulated together."""
@@ -291,7 +291,7 @@ def importance_sampling(
     score: Score = DISTANCE,
     targets: Sequence[Score] = (),
 ) -> Probability:
-    """Return the estimate of importance sampling with about `samples` simulations in all, more of them with many
+    """Return the estimate of importance sampling with about `samples` simulations in all, up to twice as many with many
     targets: scores each of which leads one more climb to a part of the failures.
 
     Raises:
@@ -377,7 +377,7 @@ def _reason(ascents: Sequence[Ascent]) -> Withheld:
 
 
 def _drawn(chains: Chains, located: _Located, samples: int) -> _Runs:
-    """Return the runs of the estimate: the simulations that are left, but at least a quarter of all."""
+    """Return the runs of the estimate: the simulations that are left, but at least half of all."""
     numbers, density, owners = chains.numbers(), located.density, located.owners
     which = apportioned(numbers, density.shares, max(samples - chains.count.simulations, samples // LAST_SHARE))
     points = density.at(numbers, which)
