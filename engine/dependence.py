@@ -78,7 +78,7 @@ def _following(row: int, instruction: list[int]) -> tuple[int, ...]:
             return (a,)
         case Op.RESUME | Op.HALT | Op.END:
             return ()
-        case Op.JUMP_UNLESS | Op.JUMP_IF_RUNNING | Op.SET_RESUME:
+        case Op.JUMP_UNLESS | Op.JUMP_IF_FALSE | Op.JUMP_IF_RUNNING | Op.SET_RESUME:
             return row + 1, b
         case Op.FOLLOW:
             return row + 1, d

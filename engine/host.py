@@ -18,7 +18,7 @@ from engine.errors import ArgumentError, ControllerError
 from engine.handles import Handle, Slots
 from engine.judged import NAMED_RESULTS
 from engine.kernels.actuation import slide
-from engine.kernels.crossing import Foresight
+from engine.kernels.crossing import KEPT, Foresight
 from engine.kernels.evaluate import geometry_kernels
 from engine.kernels.impacts.motion import (
     MAX_IMPACTS,
@@ -194,6 +194,7 @@ def memory(program: Program, samples: int) -> Run:
         beyond=np.zeros((actors if len(program.judged) else 0, len(State))),
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
+        areas=np.full((actors * actors, KEPT), np.nan),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
         command_columns=np.zeros(actors, dtype=np.int32),
         slot_registers=np.zeros((0, 0)),

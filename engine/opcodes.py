@@ -176,6 +176,8 @@ class Op(IntEnum):
     """One step along the recorded track at pool[a] (an integer, see `kernels.replay`), with time b times as fast as
     that of the run; dst stores the progress. At its end: mark the route done and go to row c.
     """
+    JUMP_IF_FALSE = 94
+    """Go to row b if register a is false; go on if it is true or undefined."""
 
 
 class Instruction(NamedTuple):
@@ -224,6 +226,7 @@ INSTRUCTIONS: Mapping[Op, Instruction] = {
     Op.JUMP: Instruction((NUMBER,), 0),
     Op.JUMP_UNLESS: Instruction((1, NUMBER), 0),
     Op.JUMP_IF_RUNNING: Instruction((NUMBER, NUMBER), 0),
+    Op.JUMP_IF_FALSE: Instruction((1, NUMBER), 0),
     Op.SET_RESUME: Instruction((NUMBER, NUMBER), 0),
     Op.RESUME: Instruction((NUMBER,), 0),
     Op.YIELD: Instruction((NUMBER,), 0),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
+from cortex_dsl.lowering import instructions
 from cortex_dsl.semantics.acting import braking, giving_way, partners
 from cortex_dsl.semantics.acting.foreseeing import foreseen
 from engine.opcodes import Op
@@ -47,3 +48,45 @@ def test_what_is_too_far_away_changes_nothing(name: str, more: str, monkeypatch:
         monkeypatch.setattr(module, "foreseen", everywhere)
     for key, values in results(name, more):
         np.testing.assert_array_equal(found[key], values, err_msg=key)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_skipped_operands_change_nothing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All results have the same bits if every operand is computed."""
+    found = dict(results(name, ""))
+    monkeypatch.setattr(instructions, "FEW", np.inf)  # results() compiles the text again
+    for key, values in results(name, ""):
+        np.testing.assert_array_equal(found[key], values, err_msg=key)
+
+
+UNDEFINED = """
+map intersection(approach=100 m)
+behavior Going():
+    try:
+        do FollowLaneBehavior(10 m/s)
+    interrupt when sqrt(10 - self.speed / (1 m/s)) > 1.5 and {other}:
+        take SetBrakeAction(1)
+lane = intersection.incomingLanes[0]
+ego = new Car on lane.centerline, with speed 12 m/s, with behavior Going()
+other = new Car ahead of ego by 10 m
+terminate after 6 s
+"""
+OTHER = "(self can see other) and (distance from self to other) * 2 > {} and other.speed * 3 + 1 m/s < 5 m/s"
+
+
+@pytest.mark.parametrize(("least", "is_decided"), [("70 m", True), ("7 m", False)])
+def test_an_undefined_operand_decides_nothing_beside_a_false_one(
+    least: str, is_decided: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Above 10 m/s the square root is undefined; the condition is false where another operand is."""
+    found = []
+    for few in (instructions.FEW, np.inf):
+        monkeypatch.setattr(instructions, "FEW", few)
+        scenario = cx.compile_text(UNDEFINED.format(other=OTHER.format(least)))
+        skips = bool((scenario.program.code.step_code[:, 0] == Op.JUMP_IF_FALSE).any())
+        outcomes = scenario.simulate(scenario.sample(1, seed=0))
+        found.append((skips, outcomes.steps[0] > 0, int(outcomes.verdict[0])))
+    (_, *first), (_, *second) = found
+    assert [skips for skips, *_ in found] == [True, False]
+    assert first == second
+    assert first[0] == is_decided

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.semantics.quantities.bounds import changes, operands
 from engine.frozen import frozen
-from engine.opcodes import Op
+from engine.opcodes import INSTRUCTIONS, Op
 from engine.tables import SHADE
 
 # -- operands and rows: code before registers have numbers -------------------------------------------------------------
@@ -128,6 +128,13 @@ class CodeBuffer:
         )
 
 
+FEW = 6
+"""Rows that are cheaper to execute than to skip."""
+READINGS = frozenset({Op.STATE, Op.TIME, Op.ACTION, Op.IS_RUNNING, Op.TABLE})
+"""Instructions that cost no more than a scalar one."""
+SEARCH = 20
+"""Cost of any other instruction that is not scalar, in rows."""
+
 # -- Expressions -------------------------------------------------------------------------------------------------------
 
 
@@ -160,6 +167,8 @@ class ExpressionWriter:
     """Block of each monitor."""
     shades: tuple[ir.Expr, ...] = ()
     """Outlines that hide at the start, as `Op.CAN_SEE` reads them."""
+    skips: bool = False
+    """Whether code may jump over operands that do not matter: not in segments, which are evaluated as a whole."""
     before: Mapping[int, int] = field(default_factory=dict)
     """How many of the first actors alone hide, by the identity of a look on which the next actor depends."""
 
@@ -229,9 +238,52 @@ class ExpressionWriter:
         return self.known[key]
 
     def _apply(self, expression: ir.Apply) -> Register:
+        if self.skips and (chosen := self._skipping(expression)) is not None:
+            return chosen
         registers, immediates = [self.register(argument) for argument in expression.arguments], expression.immediates
         if expression.op == Op.CAN_SEE:
             registers, immediates = [*registers, self._shades(expression)], ()
         destination = self.buffer.temporary(expression.width)
         self.buffer.emit(expression.op, destination, *immediates, *registers)
         return destination
+
+    def _skipping(self, expression: ir.Apply) -> Register | None:
+        """Write an `and` or a choice whose second operand is costly: it is skipped if the first is false.
+
+        The result is that of the operation on all operands, as a skipped operand has no effect of its own. Returns None
+        for other expressions. Registers that are written in the skipped code are not known after it.
+        """
+        match expression:
+            case ir.Apply(op=Op.AND, arguments=(condition, costly)):
+                otherwise = condition
+            case ir.Apply(op=Op.SELECT, arguments=(condition, costly, otherwise)):
+                pass
+            case _:
+                return None
+        if not self._is_costly(costly):
+            return None
+        test, result, end = self.register(condition), self.register(otherwise), Target()
+        destination = self.buffer.temporary()
+        self.buffer.emit(Op.MOVE, destination, result)
+        self.buffer.emit(Op.JUMP_IF_FALSE, None, test, end)
+        within = self.branch()
+        self.buffer.emit(expression.op, destination, *map(within.register, expression.arguments))
+        self.buffer.place(end)
+        return destination
+
+    def _is_costly(self, expression: ir.Expr) -> bool:
+        """Return True if an expression takes `FEW` rows or more that are not known yet, and draws no random number."""
+        cost, waiting, seen = 0, [expression], set[int]()
+        while waiting:
+            part = waiting.pop()
+            if isinstance(part, ir.Literal) or id(part) in seen or id(part) in self.known:
+                continue
+            seen.add(id(part))
+            if self.hoist(part) is not None:  # it is read in any case, and has its number from here on
+                continue
+            if isinstance(part, ir.Apply):
+                if part.op == Op.RANDOM:
+                    return False
+                cost += 1 if part.op in READINGS or part.op not in INSTRUCTIONS else SEARCH
+            waiting += operands(part)
+        return cost >= FEW

@@ -1,7 +1,7 @@
 """One variant to symbolic code, and variants of the same code to one template with a column of constants for each."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -106,7 +106,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
     step, numbered = CodeBuffer(), _Coroutines.of(variant)
     writer = ExpressionWriter(step, constants, values.hoist, monitor_blocks=numbered.monitor_blocks)
     rules = tuple(_looked_at(step, writer, rule.condition) for rule in variant.rules)
-    numbered.write(variant, step, writer)
+    numbered.write(variant, step, replace(writer, skips=True))
     objectives = tuple(_looked_at(step, writer, value) for value in variant.objectives)
     site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
     sight = next((values.number(value) for name, value in variant.environment if name == "sight"), -1)

@@ -112,6 +112,9 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             elif math.isnan(registers[a]):
                 signal = UNDEFINED
                 break
+        elif op == Op.JUMP_IF_FALSE:
+            if registers[a] == 0.0:
+                row = b
         elif op == Op.JUMP_IF_RUNNING:
             if run.resume[a] >= 0:
                 row = b

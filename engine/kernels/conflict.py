@@ -76,7 +76,8 @@ def time_to_collision(now: Snapshot) -> float:
     for axis in range(4):
         heading = (now.ego.heading if axis < 2 else now.other.heading) + (0.5 * math.pi if axis % 2 else 0.0)
         nx, ny = math.cos(heading), math.sin(heading)
-        reach = _shadow(now.ego, ego_cos, ego_sin, nx, ny) + _shadow(now.other, other_cos, other_sin, nx, ny)
+        reach = turned_shadow(now.ego.length, now.ego.width, ego_cos, ego_sin, nx, ny)
+        reach += turned_shadow(now.other.length, now.other.width, other_cos, other_sin, nx, ny)
         first, last = _within(nx * x + ny * y, nx * vx + ny * vy, reach)
         enter, leave = max(enter, first), min(leave, last)
         if enter > leave:
@@ -98,13 +99,13 @@ def _within(position: float, speed: float, reach: float) -> tuple[float, float]:
 @inlined
 def shadow(box: Box, nx: float, ny: float) -> float:
     """Return half the length of an outline's projection on a direction [m]."""
-    return _shadow(box, math.cos(box.heading), math.sin(box.heading), nx, ny)
+    return turned_shadow(box.length, box.width, math.cos(box.heading), math.sin(box.heading), nx, ny)
 
 
 @inlined
-def _shadow(box: Box, cos: float, sin: float, nx: float, ny: float) -> float:
-    """Return the same as `shadow`, from cosine and sine of the outline's heading."""
-    return 0.5 * (box.length * abs(cos * nx + sin * ny) + box.width * abs(cos * ny - sin * nx))
+def turned_shadow(length: float, width: float, cos: float, sin: float, nx: float, ny: float) -> float:
+    """Return the same as `shadow`, from an outline's size [m], and the cosine and sine of its heading."""
+    return 0.5 * (length * abs(cos * nx + sin * ny) + width * abs(cos * ny - sin * nx))
 
 
 @kernel

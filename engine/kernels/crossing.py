@@ -15,13 +15,13 @@ the comfortable speed of a bend is assumed to continue to do so.
 import math
 from typing import NamedTuple
 
-from engine.kernels.conflict import shadow
+from engine.kernels.conflict import shadow, turned_shadow
 from engine.kernels.geometry import Box, View, shortest_turn
 from engine.kernels.impacts.motion import MotionSegment
 from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import visibility_past
-from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
+from engine.kernels.path import PathPlace, chain_place, chain_pose, chain_project, chain_speed_limit
 from engine.kernels.run_state import Memory, Plan, Run, column_of, outline_of
 from engine.kernels.sight import SEEN
 from engine.tables import SLIDING, Floats
@@ -109,6 +109,9 @@ class Way(NamedTuple):
     x: float
     y: float
     heading: float
+    cos: float
+    """Cosine of `heading`."""
+    sin: float
     length: float
     width: float
     to_center: float
@@ -129,10 +132,11 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     if math.hypot(mine.x - theirs.x, mine.y - theirs.y) > 2.0 * REACH:
         return _nothing()
     along = math.cos(theirs.heading - _foot_heading(primitives, mine, theirs.x, theirs.y))
-    enter, leave = _stretch(primitives, mine, theirs, look.oncoming if along < -SAME_WAY else look.near)
+    near, areas, actors = look.oncoming if along < -SAME_WAY else look.near, run.areas, len(plan.kinds)
+    enter, leave = _stretch(primitives, mine, theirs, near, areas[me * actors + other])
     if enter == math.inf:
         return _nothing()
-    their_enter, their_leave = _stretch(primitives, theirs, mine, math.inf)
+    their_enter, their_leave = _stretch(primitives, theirs, mine, math.inf, areas[other * actors + me])
     if their_enter == math.inf:
         return _nothing()
     view = View(states[seen, me, State.X], states[seen, me, State.Y], mine.heading, look.angle, look.reach)
@@ -196,13 +200,14 @@ def _along(plan: Plan, run: Run, box: Box, actor: int, path: int, speed: float) 
     """Return the way of an actor along a path."""
     first, last = int(plan.road.path_start[path]), int(plan.road.path_start[path + 1])
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
-    x, y = box.x - to_center * math.cos(box.heading), box.y - to_center * math.sin(box.heading)
+    cos, sin = math.cos(box.heading), math.sin(box.heading)
+    x, y = box.x - to_center * cos, box.y - to_center * sin
     s, _ = chain_project(plan.road.primitives, first, last, x, y)
-    pose = chain_pose(plan.road.primitives, first, last, s)
-    offset = (y - pose.y) * math.cos(pose.heading) - (x - pose.x) * math.sin(pose.heading)
-    end = plan.road.path_length[path]
+    foot = chain_place(plan.road.primitives, first, last, s)
+    offset = (y - foot.y) * foot.cos - (x - foot.x) * foot.sin
+    end, speed = plan.road.path_length[path], max(speed, 0.0)
     return Way(
-        first, last, s, end, offset, box.x, box.y, box.heading, box.length, box.width, to_center, max(speed, 0.0)
+        first, last, s, end, offset, box.x, box.y, box.heading, cos, sin, box.length, box.width, to_center, speed
     )
 
 
@@ -211,10 +216,10 @@ def _straight(plan: Plan, box: Box, heading: float, speed: float) -> Way:
     """Return the straight way from an outline's place; an outline that moves obliquely sweeps the width of its
     projection.
     """
-    length = 2.0 * shadow(box, math.cos(heading), math.sin(heading))
-    width = 2.0 * shadow(box, -math.sin(heading), math.cos(heading))
+    cos, sin = math.cos(heading), math.sin(heading)
+    length, width = 2.0 * shadow(box, cos, sin), 2.0 * shadow(box, -sin, cos)
     row = int(plan.road.path_start[0])
-    return Way(row, row, 0.0, math.inf, 0.0, box.x, box.y, heading, length, width, 0.0, speed)
+    return Way(row, row, 0.0, math.inf, 0.0, box.x, box.y, heading, cos, sin, length, width, 0.0, speed)
 
 
 @inlined
@@ -224,16 +229,12 @@ def _is_on(primitives: Floats, way: Way) -> bool:
     return abs(way.offset) < BESIDE and abs(turn) < ASKEW
 
 
-@kernel
-def _outline(primitives: Floats, way: Way, s: float) -> Box:
-    """Return the outline at an arc length of its way."""
-    x, y, heading = way.x + s * math.cos(way.heading), way.y + s * math.sin(way.heading), way.heading
+@inlined
+def _place(primitives: Floats, way: Way, s: float) -> PathPlace:
+    """Return the place of a way at an arc length; a straight line has no ends."""
     if way.last > way.first:
-        pose = chain_pose(primitives, way.first, way.last, s)
-        x, y, heading = pose.x, pose.y, pose.heading
-    cos, sin = math.cos(heading), math.sin(heading)
-    x, y = x - way.offset * sin + way.to_center * cos, y + way.offset * cos + way.to_center * sin
-    return Box(x, y, heading, way.length, way.width)
+        return chain_place(primitives, way.first, way.last, s)
+    return PathPlace(way.x + s * way.cos, way.y + s * way.sin, way.cos, way.sin)
 
 
 @inlined
@@ -248,44 +249,108 @@ def _foot_heading(primitives: Floats, way: Way, x: float, y: float) -> float:
 @kernel
 def _apart(primitives: Floats, way: Way, s: float, other: Way) -> float:
     """Return the distance of the outline at an arc length from the strip ahead of the other [m]; negative inside."""
-    box = _outline(primitives, way, s)
-    x, y, heading, foot, end = other.x, other.y, other.heading, 0.0, math.inf
+    mine = _place(primitives, way, s)
+    x = mine.x - way.offset * mine.sin + way.to_center * mine.cos
+    y = mine.y + way.offset * mine.cos + way.to_center * mine.sin
+    foot, end = 0.0, math.inf
     if other.last > other.first:
-        foot, _ = chain_project(primitives, other.first, other.last, box.x, box.y)
-        pose = chain_pose(primitives, other.first, other.last, foot)
-        x, y, heading, end = pose.x, pose.y, pose.heading, other.end
-    cos, sin = math.cos(heading), math.sin(heading)
-    foot += (box.x - x) * cos + (box.y - y) * sin
-    left = (box.y - y) * cos - (box.x - x) * sin - other.offset
-    ahead, half = shadow(box, cos, sin), 0.5 * other.length
-    aside = abs(left) - 0.5 * other.width - shadow(box, -sin, cos)
+        foot, _ = chain_project(primitives, other.first, other.last, x, y)
+        end = other.end
+    theirs = _place(primitives, other, foot)
+    cos, sin = theirs.cos, theirs.sin
+    foot += (x - theirs.x) * cos + (y - theirs.y) * sin
+    left = (y - theirs.y) * cos - (x - theirs.x) * sin - other.offset
+    ahead, half = turned_shadow(way.length, way.width, mine.cos, mine.sin, cos, sin), 0.5 * other.length
+    aside = abs(left) - 0.5 * other.width - turned_shadow(way.length, way.width, mine.cos, mine.sin, -sin, cos)
     behind = other.start + other.to_center - half - (foot + ahead)
     beyond = foot - ahead - (end + other.to_center + half)
     return max(aside, behind, beyond) - CLEARANCE
 
 
 @kernel
-def _stretch(primitives: Floats, way: Way, other: Way, near: float) -> tuple[float, float]:
+def _stretch(primitives: Floats, way: Way, other: Way, near: float, kept: Floats) -> tuple[float, float]:
     """Return the distances along a way at which its outline enters and leaves the strip ahead of the other [m].
 
     The search for the entry ends with the first outline that is farther away than `near`. It takes the same steps
-    whatever `near` is, so that an area within it has the same bits.
+    whatever `near` is, so that an area within it has the same bits. `kept` holds the last search for these actors: the
+    search for the same ways continues there.
     """
     end = min(way.end, way.start + REACH)
-    before, s = way.start, way.start
-    apart = _apart(primitives, way, s, other)
+    if not _is_kept(kept, way, other):
+        _keep(kept, way, other, _apart(primitives, way, way.start, other))
+    before, s, apart = kept[BEFORE], kept[REACHED], kept[APART]
     while apart >= 0.0:
         if s >= end or s - way.start > near:
+            kept[BEFORE], kept[REACHED], kept[APART] = before, s, apart
             return math.inf, math.inf
         before, s = s, min(end, s + max(0.5 * INSIDE_STEP, 0.7 * apart))
         apart = _apart(primitives, way, s, other)
-    enter = _border(primitives, way, other, before, s) if s > way.start else way.start
+    if kept[LEAVE] == UNKNOWN:
+        kept[BEFORE], kept[REACHED], kept[APART] = before, s, apart
+        kept[ENTER] = _border(primitives, way, other, before, s) - way.start if s > way.start else 0.0
+        kept[LEAVE] = _end(primitives, way, other, s, end)
+    if s > way.start and before - way.start > near:
+        return math.inf, math.inf
+    return kept[ENTER], kept[LEAVE]
+
+
+@kernel
+def _end(primitives: Floats, way: Way, other: Way, inside: float, end: float) -> float:
+    """Return the distance along a way at which its outline leaves the strip in which it is at `inside` [m]."""
+    before, s, apart = inside, inside, -1.0
     while apart < 0.0:
         if s >= end:
-            return enter - way.start, math.inf
+            return math.inf
         before, s = s, min(end, s + INSIDE_STEP)
         apart = _apart(primitives, way, s, other)
-    return enter - way.start, _border(primitives, way, other, s, before) - way.start
+    return _border(primitives, way, other, s, before) - way.start
+
+
+BEFORE, REACHED, APART, ENTER, LEAVE, FIRST_KEY = range(6)
+"""Columns of a kept search: the last two arc lengths [m], the distance at the second [m], and the result [m]."""
+KEYS = 10
+KEPT = FIRST_KEY + 2 * KEYS
+"""Numbers of a kept search (`Run.areas`)."""
+UNKNOWN = -1.0
+"""`LEAVE` of a search that has not found the entry."""
+
+
+@inlined
+def _is_kept(kept: Floats, way: Way, other: Way) -> bool:
+    """Return True if the kept search is that of these ways."""
+    return _is_key(kept, FIRST_KEY, way) and _is_key(kept, FIRST_KEY + KEYS, other)
+
+
+@inlined
+def _is_key(kept: Floats, at: int, way: Way) -> bool:
+    """Return True if all that an area depends on is equal; it does not depend on speeds."""
+    return (
+        kept[at] == way.start
+        and kept[at + 1] == way.x
+        and kept[at + 2] == way.y
+        and kept[at + 3] == way.heading
+        and kept[at + 4] == way.offset
+        and kept[at + 5] == way.first
+        and kept[at + 6] == way.last
+        and kept[at + 7] == way.length
+        and kept[at + 8] == way.width
+        and kept[at + 9] == way.to_center
+    )
+
+
+@inlined
+def _keep(kept: Floats, way: Way, other: Way, apart: float) -> None:
+    """Begin a kept search: at the start of the way."""
+    kept[BEFORE], kept[REACHED], kept[APART], kept[LEAVE] = way.start, way.start, apart, UNKNOWN
+    _write_key(kept, FIRST_KEY, way)
+    _write_key(kept, FIRST_KEY + KEYS, other)
+
+
+@inlined
+def _write_key(kept: Floats, at: int, way: Way) -> None:
+    kept[at], kept[at + 1], kept[at + 2], kept[at + 3] = way.start, way.x, way.y, way.heading
+    kept[at + 4], kept[at + 5], kept[at + 6] = way.offset, way.first, way.last
+    kept[at + 7], kept[at + 8], kept[at + 9] = way.length, way.width, way.to_center
 
 
 @inlined

@@ -40,6 +40,14 @@ class PathPose(NamedTuple):
     """Heading, not wrapped [rad]."""
 
 
+class PathPlace(NamedTuple):
+    x: float
+    y: float
+    cos: float
+    """Cosine of the heading."""
+    sin: float
+
+
 @inlined
 def path_pose(road: RoadTables, path: int, s: float) -> PathPose:
     """Return the pose at arc length `s`, limited to the path."""
@@ -107,6 +115,18 @@ def chain_pose(primitives: Floats, start: int, end: int, s: float) -> PathPose:
     return _primitive_pose(primitives, row, along)
 
 
+@kernel
+def chain_place(primitives: Floats, start: int, end: int, s: float) -> PathPlace:
+    """Return the same as `chain_pose`, with cosine and sine of the heading."""
+    row = _find(primitives, start, end, s)
+    if primitives[row, CURVATURE] == 0.0:
+        along = min(max(s - primitives[row, S0], 0.0), primitives[row, LENGTH])
+        cos, sin = primitives[row, COS], primitives[row, SIN]
+        return PathPlace(primitives[row, X] + along * cos, primitives[row, Y] + along * sin, cos, sin)
+    pose = chain_pose(primitives, row, row + 1, s)
+    return PathPlace(pose.x, pose.y, math.cos(pose.heading), math.sin(pose.heading))
+
+
 @inlined
 def _primitive_pose(primitives: Floats, row: int, along: float) -> PathPose:
     """Return the pose at `along` [m] from the start of a primitive."""
@@ -151,25 +171,17 @@ def _arc_offset(curvature: float, ahead: float, left: float) -> float:
 
 @inlined
 def chain_project(primitives: Floats, start: int, end: int, x: float, y: float) -> tuple[float, float]:
-    """Return arc length and distance of the nearest point [m]; primitives that begin too far away are skipped."""
-    best_s, best_distance = 0.0, math.inf
-    for row in range(start, end):
-        dx, dy = x - primitives[row, X], y - primitives[row, Y]
-        reach = best_distance + primitives[row, LENGTH] + ROUNDING
-        if dx * dx + dy * dy > reach * reach:
-            continue
-        s, distance = _primitive_foot(primitives, row, x, y)
-        if distance < best_distance:
-            best_s, best_distance = primitives[row, S0] + s, distance
-    return best_s, best_distance
+    """Return arc length and distance of the nearest point [m]; of equally near ones the first."""
+    return chain_project_within(primitives, start, end, x, y, math.inf)
 
 
 @inlined
 def chain_project_within(
     primitives: Floats, start: int, end: int, x: float, y: float, bound: float
 ) -> tuple[float, float]:
-    """Return the same if the distance is below `bound`; else 0 and `bound`. A point that far from a primitive's whole
-    line or circle is at least as far from the primitive.
+    """Return the same if the distance is below `bound`; else 0 and `bound`.
+
+    Primitives that begin too far away are skipped, and those whose whole line or circle is: they are no nearer.
     """
     best_s, best_distance = 0.0, bound
     for row in range(start, end):
@@ -195,7 +207,7 @@ def _primitive_foot(primitives: Floats, row: int, x: float, y: float) -> tuple[f
     length, curvature = primitives[row, LENGTH], primitives[row, CURVATURE]
     if curvature == 0.0:
         s = min(max(ahead, 0.0), length)
-        return s, math.hypot(ahead - s, left)
+        return s, abs(left) if s == ahead else math.hypot(ahead - s, left)
     s = _arc_angle(curvature, ahead, left) / abs(curvature)
     if 0.0 <= s <= length:
         return s, abs(_arc_offset(curvature, ahead, left))

@@ -242,6 +242,8 @@ class Run(NamedTuple):
     """(registers,): registers for the evaluation when the run is over; empty without objectives."""
     shades: Floats
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
+    areas: Floats
+    """(actors * actors, `crossing.KEPT`): the last search for the area of each two actors."""
     actions: Floats
     """(samples, numbers): external decisions, turn by turn (`Op.ACTION`); no rows if a program has none."""
     command_columns: Ints

@@ -58,8 +58,9 @@ def _primitive_rows(paths: PathBook) -> Floats:
     starts = np.fromiter(chain.from_iterable(paths.starts(path)[:-1] for path in every), np.float64)
     values = chain.from_iterable(chain.from_iterable(map(paths.primitives, every)))
     primitives = np.fromiter(values, np.float64).reshape(len(starts), -1)
-    heading = primitives[:, 2]
-    return np.column_stack([starts, primitives, np.cos(heading), np.sin(heading)])
+    # Kernels may compute cosine and sine of a heading again: they are those of `math`, as numpy's may differ in a bit.
+    turned = [(math.cos(heading), math.sin(heading)) for heading in primitives[:, 2].tolist()]
+    return np.column_stack([starts, primitives, np.array(turned).reshape(-1, 2)])
 
 
 def _offsets(counts: Sequence[int]) -> Ints:

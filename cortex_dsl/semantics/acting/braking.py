@@ -219,8 +219,8 @@ def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
         in_lane = (closing > 0.0) & (conflict.enter < closing * (closing / braking + delay))
     crossing = conflict.crosses & conflict.coincides(MARGIN) & last
     crossing = crossing & (can_stop(job, conflict) | braking_helps(job, conflict))
-    following = (conflict.is_ahead | conflict.comes) & conflict.exists & in_lane
-    return is_present(job.ev, other) & (crossing | following)
+    following = (conflict.is_ahead | conflict.comes) & in_lane
+    return is_present(job.ev, other) & conflict.exists & (crossing | following)
 
 
 def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
@@ -228,8 +228,8 @@ def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
     conflict = _going_on(job, other, sight)
     inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)
     closes = conflict.enter < closing_speed(job, other, conflict) * CLEAR
-    follows = (conflict.is_ahead | conflict.comes) & conflict.exists & closes
-    return is_present(job.ev, other) & (_awaited(job, conflict) | ((follows | inside) & moves(job)))
+    follows = (conflict.is_ahead | conflict.comes) & closes
+    return is_present(job.ev, other) & conflict.exists & (_awaited(job, conflict) | ((follows | inside) & moves(job)))
 
 
 def waits(job: Job, other: Actor, sight: Sight) -> Term:

@@ -1,5 +1,6 @@
 """Where ways cross and when two are there, against closed forms and against looking everywhere."""
 
+import itertools
 import math
 
 import numpy as np
@@ -24,15 +25,25 @@ terminate after 5 s
 """
 
 
-def foreseen(scenario: Scenario, look: Foresight = ALL_AROUND, sample: int = 0) -> Crossing:
-    """What the ego foresees of the other at a sample of the only scene."""
+def foreseen(scenario: Scenario, *looks: Foresight, sample: int = 0) -> Crossing:
+    """What the ego foresees of the other at a sample of the only scene, with the last of several looks."""
     scenes = scenario.sample(1, seed=3)
     assert scenes.valid[0]
     shared, rows = plan(scenario.program, scenario.config.simulation), requested(scenario.program, scenes)
     run = memory(scenario.program, 200)
     begin(shared, run, int(rows.variant[0]), rows.values[0], rows.keys[0], rows.actions[0])
     advance(shared, run, sample, run.status[Status.END] == RUNNING)
-    return crossing(shared, run, sample, 0, 1, look)
+    return [crossing(shared, run, sample, 0, 1, look) for look in looks or (ALL_AROUND,)][-1]
+
+
+def test_a_kept_search_gives_what_a_new_one_gives() -> None:
+    """For each order of distances, on both sides of the distance at which the area begins."""
+    scenario, near = at_right_angles(), (0.0, 30.0, 36.5, 37.5, 40.0, math.inf)
+    enter = foreseen(scenario).enter
+    assert near[2] < enter < near[3]
+    for first, second in itertools.permutations(near, 2):
+        looks = [ALL_AROUND._replace(near=each, oncoming=each) for each in (first, second)]
+        assert foreseen(scenario, *looks) == foreseen(scenario, looks[1])
 
 
 def at_right_angles(kind: str = "Car", **numbers: float) -> Scenario:
