@@ -23,16 +23,15 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from engine.kernels.random_numbers import fill_uniform
-from engine.outcomes import RESULTS, Assessment
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.probability.estimates import Probability
+from engine.search.probability.functions import TINY, evaluator, uniform_space
 from engine.search.probability.monte_carlo import RARE
 from engine.search.statistics import clopper_pearson
 from engine.tables import Floats, Ints
-from engine.vocabulary import Distribution, GeneKind, Purpose
+from engine.vocabulary import Purpose
 
-TINY = 1e-16
-"""What uniform numbers keep away from 0 and 1."""
 SMOOTH, MISLEADING, PLATEAU = "smooth", "misleading", "plateau"
 TRUTH = 6.0e-5
 """Of most cases."""
@@ -82,39 +81,18 @@ CASES = (
 
 def space_of(case: Case) -> ParamSpace:
     """Genes that are uniform numbers."""
-    count = case.genes
-    return ParamSpace(
-        names=tuple(f"U{i}" for i in range(count)),
-        units=("",) * count,
-        kinds=np.full(count, int(GeneKind.CONTINUOUS), dtype=np.int32),
-        low=np.zeros(count),
-        high=np.ones(count),
-        distribution=np.full(count, int(Distribution.UNIFORM), dtype=np.int32),
-        shape=np.zeros((count, 2)),
-        scale=np.ones(count),
-        weights=((),) * count,
-        options=((),) * count,
-    )
+    return uniform_space(case.genes)
 
 
 def evaluated(case: Case, genomes: Floats, keys: Ints) -> Assessment:
     """What is left to a failure as the least distance; a failure is a collision."""
-    noise = np.empty((len(keys), 1))
-    fill_uniform(keys, int(Purpose.SCENE), 0, noise)
-    left = case.left(_normal(genomes), _normal(noise)[:, 0])
-    blank = {row.name: np.full((len(keys), *((1,) if row.parts else ())), row.fill, row.dtype) for row in RESULTS}
-    known = {
-        "verdict": np.zeros(len(keys), dtype=np.int32),
-        "collided": left <= 0.0,
-        "min_distance": np.maximum(left, 0.0),
-        "pair": np.zeros(len(keys), dtype=np.int32),
-        "tested": np.zeros((len(keys), 0), dtype=np.int64),
-        "failed": np.zeros((len(keys), 0), dtype=np.int64),
-        "found": left <= 0.0,
-        "sought": np.zeros((len(keys), 0)),
-        "broken": np.zeros((len(keys), 0)),
-    }
-    return Assessment(**blank | known)
+
+    def left(uniforms: Floats, keys: Ints) -> Floats:
+        noise = np.empty((len(keys), 1))
+        fill_uniform(keys, int(Purpose.SCENE), 0, noise)
+        return case.left(_normal(uniforms), _normal(noise)[:, 0])
+
+    return evaluator(left)(genomes, keys)
 
 
 def _normal(uniforms: Floats) -> Floats:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cortex_dsl.interchange.exchange import export, measure, measure_all
     from engine.config import Config
     from engine.errors import CortexError
+    from engine.search.probability.functions import probability
 
     __version__: str
 
@@ -40,6 +41,7 @@ __all__ = [
     "measure",
     "measure_all",
     "open_run",
+    "probability",
     "prove",
     "resume",
     "run_tests",
@@ -58,6 +60,7 @@ _HOMES = {
     "measure": "cortex_dsl.interchange.exchange",
     "measure_all": "cortex_dsl.interchange.exchange",
     "open_run": "cortex_dsl.api.runs",
+    "probability": "engine.search.probability.functions",
     "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.resuming",
     "run_tests": "cortex_dsl.api.testing",

@@ -1,6 +1,7 @@
 """Failures of a scenario as a whole (`cortexc analyse`), and their probability (`cortexc probability`)."""
 
 import argparse
+import math
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
@@ -97,6 +98,17 @@ With a run directory, the scenario and the settings are those of its search,
 and the result is kept there for `cortexc report`."""
 
 
+def _width(text: str) -> float:
+    """Parse the width of an interval of a probability."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1.0:
+        raise argparse.ArgumentTypeError(f"must be a number between 0 and 1, such as 0.01, not `{text}`")
+    return value
+
+
 def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.of == "":
         raise UsageError("--of has no name", "name an `expect` of the file, or leave it out for collisions")
@@ -105,6 +117,8 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
         raise UsageError(f"--samples is {options.samples}", f"--method {options.method} needs at least {least:,}")
     if options.method in RARE and options.condition == JOINT:
         raise UsageError("--condition joint needs --method mc", "leave --method out")
+    if options.until_width is not None and options.method != "mc":
+        raise UsageError("--until-width needs --method mc", "leave --method out")
     if options.file.is_dir():
         return _of_run(options, terminal)
     request, run = filled(CompileRequest, options), filled(RunRequest, options)
@@ -126,6 +140,7 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
             seed,
             options.condition,
             of=options.of or "",
+            until_width=options.until_width or 0.0,
         )
     return _show(options, scenario, found, terminal)
 
@@ -144,9 +159,18 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
-        program, of = run.scenario.program, options.of or ""
+        program, of, width = run.scenario.program, options.of or "", options.until_width or 0.0
         with _measured(options, terminal):
-            found = estimate(program, config, options.method, options.samples, seed, options.condition, of=of)
+            found = estimate(
+                program,
+                config,
+                options.method,
+                options.samples,
+                seed,
+                options.condition,
+                of=of,
+                until_width=width,
+            )
     code = _show(options, run.scenario, found, terminal)
     with usage_errors():
         path = keep(run.folder, found, run.scenario.program.digest, seed)
@@ -183,6 +207,7 @@ PROBABILITY = Command(
         Option("--condition", "params or joint, see below", "NAME", choices=CONDITIONS, default=PARAMS),
         Option("--of", "estimate how likely this `expect` of the file fails (a collision)", "NAME"),
         Option("--samples", "simulations; with subset: for each level", "N", whole_number(1, 10**8), default=SAMPLES),
+        Option("--until-width", "stop when the interval is this narrow, as 0.01; --samples: at most", "W", _width),
         *excluded_by(OF_RUN, PARAM, SCENARIO),
         SEED,
         JOBS,

@@ -3,6 +3,8 @@
 import math
 
 from cortex_dsl.report.findings.readable import ABSENT, counted, percent, significant, whole
+from cortex_dsl.source import Source
+from engine.program import Program
 from engine.search.probability.estimates import JOINT, Probability, Withheld
 from engine.search.probability.levels import SCORES
 from engine.search.statistics import Interval
@@ -16,6 +18,8 @@ HOW = {
     ),
 }
 """Estimator and interval of each method."""
+STOPPED = "plain Monte Carlo, until the interval is narrow enough; confidence sequence of a beta mixture (Robbins 1970)"
+"""Estimator and interval under `--until-width`."""
 PLAIN = "`--method mc` needs no distance to failure, and gives an upper bound"
 BOUNDS = "`--method mc` gives bounds"
 MORE = "take more samples, or `--method mc`"
@@ -24,10 +28,11 @@ WITHHELD = {
     Withheld.INVALID: ("too few runs are valid to begin with", "`--method mc` uses the valid runs that it finds"),
     Withheld.PLATEAU: ("{tied} of the runs of a level are different and equally near to a failure", PLAIN),
     Withheld.UNREACHED: ("no chain reached a failure", PLAIN),
-    Withheld.PARTLY: ("only {reached} of ten repetitions reached a failure", MORE),
+    Withheld.PARTLY: ("only {reached} of {repetitions} climbs reached a failure", MORE),
     Withheld.SCATTERED: ("the repetitions differ by more than their mean", MORE),
     Withheld.FEW: ("the effective sample size of the failures is {effective}, and less than 100 is too small", OTHER),
     Withheld.LOST: ("the driver failed in some runs, and what would have become of them is not known", BOUNDS),
+    Withheld.MODES: ("without one climb, the estimate would differ by more than a factor of 1.5", MORE),
     Withheld.APART: ("the chains and the weighted runs are more than a factor of five apart", OTHER),
 }
 """Reason of a missing interval, and its cure."""
@@ -40,16 +45,29 @@ def withheld_text(found: Probability) -> str:
     """
     reason, cure = WITHHELD[found.withheld or Withheld.UNREACHED]
     effective = whole(round(found.effective)) if math.isfinite(found.effective) else ABSENT
-    return f"{reason.format(tied=percent(found.tied, 0), reached=found.reached, effective=effective)}; {cure}"
+    counts = {"reached": found.reached, "repetitions": found.repetitions}
+    return f"{reason.format(tied=percent(found.tied, 0), effective=effective, **counts)}; {cure}"
 
 
 EXPOSURE = "ranges are drawn uniformly, which is not a model of how often such values occur in traffic"
-"""Return what such a probability does not mean."""
+"""Limit of the meaning of such a probability, for a file with a range."""
 SAMPLE_TIME = (
     "drivers look and act once in every step of the simulation: in the examples, steps of 0.05 s show 2 to 5 % more "
     "collisions than steps of 0.0025 s"
 )
 """Measured by `benchmarks/step_bias.py`; nearly all of it is the drivers' sample time, not the motion."""
+
+
+RANGES = {"Range", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange"}
+
+
+def exposure_text(program: Program) -> str:
+    """Return `EXPOSURE` if the file, or one that it imports, contains a range; else nothing."""
+    from cortex_dsl.syntax.parser import read_tokens
+
+    texts = (program.source_text, *(file.text for file in program.imported))
+    words = {str(token) for text in texts for token in read_tokens(Source("", text))}
+    return EXPOSURE if words & RANGES else ""
 
 
 def how_drawn(found: Probability) -> str:
@@ -70,6 +88,18 @@ def interval_text(found: Probability) -> str:
     if not math.isfinite(found.interval.low):
         return f"none, as {withheld_text(found)}" if found.valid else "none"
     return _range(found.interval)
+
+
+def sequence_text(found: Probability) -> str:
+    """Return the interval that holds at every look; empty where there is none, or where it is the interval."""
+    if found.until_width or not math.isfinite(found.sequence.low):
+        return ""
+    return f"however often one looks while draws are added: {_range(found.sequence)}"
+
+
+def how_text(found: Probability) -> str:
+    """Return estimator and interval."""
+    return STOPPED if found.until_width else HOW[found.method]
 
 
 def avoidable_text(found: Probability) -> str:

@@ -19,13 +19,13 @@ from cortex_dsl.report.findings.failures import (
     rate_texts,
 )
 from cortex_dsl.report.findings.probability_report import (
-    EXPOSURE,
-    HOW,
     SAMPLE_TIME,
     avoidable_interval_text,
     avoidable_text,
     counts_text,
+    exposure_text,
     how_drawn,
+    how_text,
     interval_text,
     probability_text,
     unknown_text,
@@ -172,9 +172,7 @@ def _partners(record: Record) -> Iterator[Node]:
 
 NOTE = (
     "Given a valid run, when every param is drawn from its distribution in the file. "
-    "The results of a search say nothing about this: "
-    f"it samples where it has found danger. Also, {EXPOSURE}; "
-    f"{SAMPLE_TIME}."
+    "The results of a search say nothing about this: it samples where it has found danger. Also, "
 )
 HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
 
@@ -186,14 +184,15 @@ def likely(run: StoredRun) -> Element:
         StoreError: the estimates cannot be read.
     """
     found = read_estimates(run.folder, run.scenario.program.digest)
+    note = f"{NOTE}{'; '.join(filter(None, (exposure_text(run.scenario.program), SAMPLE_TIME)))}."
     if found:
         rows = table(HEAD, [_row(each) for each in found], "likely")
-        return part("probability", "How probable is it?", None, rows, folded("How this is determined", NOTE))
+        return part("probability", "How probable is it?", None, rows, folded("How this is determined", note))
     driver = run.record.manifest.driver
     words = ["cortexc probability", quote(without_folders(str(run.folder))), as_options(driver.name) if driver else ""]
     command = element("pre", " ".join(filter(None, words)), class_="command")
     missing = element("p", "Not estimated yet. This command estimates it, and the next report shows it:", class_="note")
-    return part("probability", "How probable is it?", None, missing, command, folded("How this is determined", NOTE))
+    return part("probability", "How probable is it?", None, missing, command, folded("How this is determined", note))
 
 
 def _row(found: Probability) -> Element:
@@ -202,7 +201,7 @@ def _row(found: Probability) -> Element:
         "tr",
         _number("th", probability_text(found), f"{level}: {interval_text(found)}"),
         _number("td", avoidable_text(found), f"{level}: {avoidable_interval_text(found)}"),
-        element("td", how_drawn(found), element("br"), element("small", HOW[found.method], class_="quiet")),
+        element("td", how_drawn(found), element("br"), element("small", how_text(found), class_="quiet")),
         element("td", counts_text(found), *((element("br"), unknown_text(found)) if found.lost else ())),
         element("td", percent(found.valid_share), class_="number quiet"),
     )

@@ -30,17 +30,18 @@ from cortex_dsl.report.findings.failures import (
     rest_text,
 )
 from cortex_dsl.report.findings.probability_report import (
-    EXPOSURE,
-    HOW,
     SAMPLE_TIME,
     avoidable_interval_text,
     avoidable_text,
     counts_text,
     effective_text,
+    exposure_text,
     how_drawn,
+    how_text,
     interval_text,
     levels_text,
     probability_text,
+    sequence_text,
     unknown_text,
 )
 from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, ratio, whole
@@ -272,7 +273,15 @@ def _probability(program: Program, found: Probability) -> Iterator[Block]:
     missing = (0,) * (len(program.actors) - 1 - len(found.by_partner))
     met = partners_text(program.actors, Partners(found.by_partner + missing, found.without_ego))
     reported = f"collisions {met}" if met and found.method == "mc" and not found.of else ""
-    lines = (reported, HOW[found.method], effective_text(found), levels_text(found), EXPOSURE, SAMPLE_TIME)
+    lines = (
+        reported,
+        how_text(found),
+        sequence_text(found),
+        effective_text(found),
+        levels_text(found),
+        exposure_text(program),
+        SAMPLE_TIME,
+    )
     yield from (Note(line, "quiet") for line in lines if line)
 
 

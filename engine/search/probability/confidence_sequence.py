@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine.errors import ArgumentError
+from engine.search.statistics import Interval
 from engine.tables import Bools, Floats
 
 STRENGTH = 50.0
@@ -75,3 +76,13 @@ def _capital(p: Floats, s: Floats, n: Floats, c: float) -> Floats:
         won = np.where(s > 0.0, gammaln(c * p + s) - gammaln(c * p) - s * np.log(p), 0.0)
         lost = gammaln(c * (1.0 - p) + n - s) - gammaln(c * (1.0 - p)) - (n - s) * np.log1p(-p)
     return won + np.where(n > s, lost, 0.0) - gammaln(c + n) + gammaln(c)
+
+
+def sequence_interval(successes: int, trials: int, level: float = 0.95, unknown: int = 0) -> Interval:
+    """Return the confidence sequence at one look; NaN without trials. `unknown`: number of additional trials with
+    unknown outcome; the lower end takes them for failures, the upper end for successes.
+    """
+    if not trials + unknown:
+        return Interval(math.nan, math.nan)
+    low, high = confidence_sequence([successes, successes + unknown], trials + unknown, 1.0 - level)
+    return Interval(float(low[0]), float(high[1]))

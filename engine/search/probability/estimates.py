@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import MISSING, asdict, dataclass, fields
 from enum import StrEnum
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -25,6 +26,8 @@ from engine.vocabulary import Verdict
 NOT_KNOWN = Interval(math.nan, math.nan)
 PARAMS, JOINT = CONDITIONS = ("params", "joint")
 """Conditions: a new attempt at a scene samples the scene alone (`params`), or the params too (`joint`)."""
+REPETITIONS = 10
+"""Independent estimates of subset simulation."""
 MOST_DRIVEN = 5_000
 """Collisions of an estimate that the reference driver drives again."""
 
@@ -47,6 +50,8 @@ class Withheld(StrEnum):
     """The effective sample size is small."""
     LOST = "lost"
     """The driver failed in some runs."""
+    MODES = "modes"
+    """The estimate depends on one climb."""
     APART = "apart"
     """The estimates from the chains and from the weighted runs contradict each other."""
 
@@ -105,9 +110,15 @@ class Probability:
     tied: float = 0.0
     """Share of a level's runs that lay on a plateau."""
     reached: int = 0
-    """Repetitions that came to a failure. Under `subset` alone."""
+    """Climbs to all failures that came to one; `subset` calls them repetitions."""
+    repetitions: int = REPETITIONS
+    """Number of these climbs."""
     effective: float = math.nan
     """Effective sample size of the failures. Under `importance` alone."""
+    sequence: Interval = NOT_KNOWN
+    """Interval that holds the probability at every look, whenever the draws stop, at `level`. Under `mc` alone."""
+    until_width: float = 0.0
+    """Width of `sequence` at which the draws were to stop; `interval` then is `sequence`. 0: a number of draws."""
     of: str = ""
     """Name of the expectation that is the event instead of a collision; "" for collisions."""
 
@@ -124,6 +135,15 @@ def checked_samples(method: str, samples: int, least: int) -> None:
         raise ArgumentError(f"samples is {samples}; {method} needs at least {least}", "take more")
 
 
+MOST_FACTOR = 1.5
+"""Largest factor between estimates that each leave out one climb, and the estimate from all."""
+
+
+def disagree(values: Floats) -> bool:
+    """Return True unless all values are above 0 and at most a factor of `MOST_FACTOR` apart."""
+    return not 0.0 < float(values.max()) <= MOST_FACTOR * float(values.min())
+
+
 class Count(NamedTuple):
     """Outcome counts of runs."""
 
@@ -137,24 +157,41 @@ class Count(NamedTuple):
     errors: int = 0
     lost: int = 0
 
-    def more(self, runs: Assessment) -> "Count":
-        met = np.bincount(runs.pair[runs.collided], minlength=len(self.by_partner))
-        met[: len(self.by_partner)] += np.array(self.by_partner, dtype=np.int64)
+    def plus(self, other: "Count") -> "Count":
+        """Return the sum of both."""
+        met = tuple(map(sum, zip_longest(self.by_partner, other.by_partner, fillvalue=0)))
         return Count(
-            self.simulations + len(runs),
-            self.valid + int((runs.verdict == Verdict.VALID).sum()),
-            self.collisions + int(runs.collided.sum()),
-            self.aborted + int((runs.verdict == Verdict.ABORTED).sum()),
-            tuple(met.tolist()),
-            self.without_ego + int(np.isfinite(runs.others_contact_time).sum()),
-            self.errors + int((runs.verdict == Verdict.ERROR).sum()),
-            self.lost + int((runs.verdict == Verdict.CONTROLLER).sum()),
+            self.simulations + other.simulations,
+            self.valid + other.valid,
+            self.collisions + other.collisions,
+            self.aborted + other.aborted,
+            met,
+            self.without_ego + other.without_ego,
+            self.errors + other.errors,
+            self.lost + other.lost,
+        )
+
+    def more(self, runs: Assessment) -> "Count":
+        return self.plus(
+            Count(
+                len(runs),
+                int((runs.verdict == Verdict.VALID).sum()),
+                int(runs.collided.sum()),
+                int((runs.verdict == Verdict.ABORTED).sum()),
+                tuple(np.bincount(runs.pair[runs.collided]).tolist()),
+                int(np.isfinite(runs.others_contact_time).sum()),
+                int((runs.verdict == Verdict.ERROR).sum()),
+                int((runs.verdict == Verdict.CONTROLLER).sum()),
+            )
         )
 
 
 # -- estimates with a journal ------------------------------------------------------------------------------------------
 
 FILE_NAME = "probability.json"
+
+
+_UNSAID = {"of": "", "errors": 0, "lost": 0, "repetitions": REPETITIONS, "until_width": 0.0}
 
 
 def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
@@ -178,8 +215,8 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
 
 
 def content(found: Probability) -> dict[str, Any]:
-    """Return the fields as documents contain them; `of`, `errors` and `lost` only if they are not empty."""
-    return {name: value for name, value in asdict(found).items() if name not in ("of", "errors", "lost") or value}
+    """Return the fields as documents contain them; some only if they differ from those of an earlier version."""
+    return {name: value for name, value in asdict(found).items() if value != _UNSAID.get(name)}
 
 
 def read_estimates(folder: Path, program_digest: str) -> tuple[Probability, ...]:
@@ -233,7 +270,7 @@ def _probability(row: dict[str, Any]) -> Probability:
 
 _TEXTS = ("method", "condition", "score", "of")
 _TUPLES = ("levels", "by_partner")
-_INTERVALS = ("interval", "avoidable_interval")
+_INTERVALS = ("interval", "avoidable_interval", "sequence")
 
 
 def _value(name: str, value: Any) -> Any:

@@ -2,10 +2,18 @@
 there.
 
 Au and Beck (2001), "Estimation of small failure probabilities in high dimensions by subset simulation": the nearest
-tenth of each level's runs are the seeds of chains, in which no run is farther from a failure than they are. The chains'
-proposals are those of Papaioannou, Betz, Zwirglmaier and Straub (2015), "MCMC algorithms for subset simulation",
+tenth of each level's runs are the seeds of chains, in which no run is farther from a failure than they are. Proposals
+of the chains are those of Papaioannou, Betz, Zwirglmaier and Straub (2015), "MCMC algorithms for subset simulation",
 section 4.4: every gene, as a standard normal number, is drawn a step towards its prior; and in every other step the
 scene's own random numbers are drawn again.
+
+A climb under the file's own distribution follows the slope that is steep where most draws are, and may never see a
+failure on another side, however probable. A *wide* climb therefore begins with normal numbers of a larger standard
+deviation, which see the far sides of the space too. Its failures are then narrowed down to the file's distribution step
+by step: they are drawn again by their likelihood under a smaller deviation, and moved by chains inside the failures.
+This is annealed importance sampling: Neal (2001), "Annealed importance sampling"; Del Moral, Doucet and Jasra (2006),
+"Sequential Monte Carlo samplers"; for rare events, Papaioannou, Papadimitriou and Straub (2016), "Sequential importance
+sampling for structural reliability analysis".
 
 A score gives no direction on a plateau, where many different runs are exactly at the threshold: a level cannot take
 their nearest tenth, and chains among them move at random.
@@ -21,6 +29,7 @@ from numpy.random import Generator
 
 from engine.assessment import Evaluate
 from engine.outcomes import Assessment
+from engine.portable import exp
 from engine.program import ParamSpace
 from engine.search.probability.estimates import Count, Judge, Withheld
 from engine.streams import key_rows, operator_generator
@@ -65,6 +74,15 @@ TIED = SHARE / 2.0
 STEP = 0.6
 """Step of a chain, in standard deviations: sqrt(1 - rho^2) with rho = 0.8."""
 MOST_LEVELS = 12
+WIDTH = 1.5
+"""A wide climb begins with a standard deviation of 1 + WIDTH / sqrt(d): about WIDTH farther out in any number d of
+dimensions.
+"""
+LEAST_SHARE = 0.5
+"""Effective share of failures whose likelihoods may differ, in one step of narrowing down."""
+MOVES = 3
+"""Moves of each chain after such a step."""
+MOST_STEPS = 30
 TRIES = 50
 """Blocks without enough valid runs after which a level cannot be filled."""
 
@@ -99,6 +117,8 @@ class Chains:
     seed: int
     run: int
     judge: Judge | None = None
+    width: float = 1.0
+    """Standard deviation of the normal numbers of its levels; 1 stands for the file's own distribution."""
     count: Count = field(default_factory=Count)
     drawn: int = 0
     filled: int = 0
@@ -119,6 +139,21 @@ class Chains:
         runs = self.evaluate(self.genomes(points), keys)
         self.count = self.count.more(runs)
         return Level(points, keys, nearness(self.score, runs)), runs.verdict == Verdict.VALID
+
+    def used(self, other: "Chains") -> None:
+        """Count the simulations of other chains as well; first levels only if both draw as the file does."""
+        self.count = self.count.plus(other.count)
+        self.driven += other.driven
+        if other.width == self.width:
+            self.drawn += other.drawn
+            self.filled += other.filled
+
+    def survey(self, count: int) -> Assessment:
+        """Return some runs of the first level, valid or not."""
+        points = self.width * self.numbers().standard_normal((count, len(self.space)))
+        runs = self.evaluate(self.genomes(points), self.keys(count))
+        self.count = self.count.more(runs)
+        return runs
 
     def genomes(self, points: Floats) -> Floats:
         """Return the genomes of standard normal numbers, under the file's distributions."""
@@ -190,7 +225,8 @@ def _first_level(chains: Chains, size: int) -> Level | None:
     found = 0
     for _ in range(TRIES):
         numbers, count = chains.numbers(), max(size, 64)
-        drawn, valid = chains.simulate(numbers.standard_normal((count, len(chains.space))), chains.keys(count))
+        points = chains.width * numbers.standard_normal((count, len(chains.space)))
+        drawn, valid = chains.simulate(points, chains.keys(count))
         rows = np.flatnonzero(valid)[: size - found]
         found += len(rows)
         chains.filled += len(rows)
@@ -207,15 +243,94 @@ def next_level(chains: Chains, seeds: Level, threshold: float, size: int) -> Lev
     count = max(1, size // length)
     numbers = chains.numbers()
     state = seeds.rows(np.sort(numbers.choice(len(seeds.keys), count, replace=len(seeds.keys) < count)))
-    parts = [state]
-    for step in range(1, length):
+    return joined([state, *_moved(chains, state, threshold, chains.width, length - 1)])
+
+
+def _moved(chains: Chains, state: Level, threshold: float, width: float, steps: int) -> list[Level]:
+    """Return the states of chains after each of some steps, under normal numbers of this width."""
+    parts: list[Level] = []
+    for step in range(1, steps + 1):
         numbers = chains.numbers()
-        noise = numbers.standard_normal(state.points.shape)
+        noise = width * numbers.standard_normal(state.points.shape)
         points = math.sqrt(1.0 - STEP * STEP) * state.points + STEP * noise
-        proposed, valid = chains.simulate(points, chains.keys(count) if step % 2 else state.keys)
+        proposed, valid = chains.simulate(points, chains.keys(len(points)) if step % 2 else state.keys)
         state = _chosen(valid & (proposed.near >= threshold), proposed, state)
         parts.append(state)
-    return joined(parts)
+    return parts
+
+
+# -- wide climbs -------------------------------------------------------------------------------------------------------
+
+
+def width_of(dimensions: int) -> float:
+    """Return the standard deviation with which a wide climb begins."""
+    return 1.0 + WIDTH / math.sqrt(max(1, dimensions))
+
+
+class Ascent(NamedTuple):
+    """One climb, and its failures as the file's own distribution has them."""
+
+    found: Climb
+    failures: Level | None
+    """About as many runs as a level has; None if it did not come to failures."""
+    joint: float
+    """Estimated probability that a draw gives a valid run with a failure; 0 if it did not come to failures."""
+
+
+def ascend(chains: Chains, size: int) -> Ascent:
+    """Climb through levels of `size` runs, and gather failures under the file's own distribution."""
+    found = climb(chains, size)
+    if found.withheld or found.last is None:
+        return Ascent(found, None, 0.0)
+    inside, ratio = found.last.rows(found.last.failed), 1.0
+    if chains.width > 1.0:
+        failures, ratio = _narrowed(chains, inside, max(1, size // 2))
+    else:
+        failures = next_level(chains, inside, math.inf, size)
+    return Ascent(found, failures, found.value * ratio * chains.filled / chains.drawn)
+
+
+def _narrowed(chains: Chains, failures: Level, size: int) -> tuple[Level | None, float]:
+    """Return failures under the file's distribution, from those of a wide climb, and by what factor the probability of
+    a failure is smaller under it; None and 0 if that takes too many steps.
+    """
+    width, ratio, parts = chains.width, 1.0, [failures]
+    for _ in range(MOST_STEPS):
+        if width == 1.0:
+            return joined(parts[-2:]), ratio
+        squares = np.einsum("ni,ni->n", failures.points, failures.points)
+        after = _next_width(squares, width, failures.points.shape[1])
+        weights = _likelihoods(squares, width, after, failures.points.shape[1])
+        ratio *= float(weights.mean())
+        chosen = chains.numbers().choice(len(weights), size, p=weights / weights.sum())
+        parts = _moved(chains, failures.rows(np.sort(chosen)), math.inf, after, MOVES)
+        failures, width = parts[-1], after
+    return None, 0.0
+
+
+def _likelihoods(squares: Floats, width: float, after: float, dimensions: int) -> Floats:
+    """Return normal densities of width `after` over those of `width`, for points at these squared distances from 0."""
+    factor = 0.5 * (1.0 / after**2 - 1.0 / width**2)
+    return exp(dimensions * math.log(width / after) - factor * squares)
+
+
+def _next_width(squares: Floats, width: float, dimensions: int) -> float:
+    """Return the least width from 1 on at which an effective share of `LEAST_SHARE` of the points is left."""
+
+    def is_near(after: float) -> bool:
+        weights = _likelihoods(squares - squares.min(), width, after, dimensions)
+        return float(weights.sum()) ** 2 >= LEAST_SHARE * len(weights) * float((weights * weights).sum())
+
+    low, high = 1.0, width
+    if is_near(low):
+        return low
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if is_near(middle) else (middle, high)
+    return high
+
+
+# -- steps of chains ---------------------------------------------------------------------------------------------------
 
 
 def _chosen(accepted: Bools, proposed: Level, state: Level) -> Level:

@@ -19,7 +19,7 @@ rare, `subset_simulation` and `importance_sampling`, which a score leads to fail
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from engine.config import Config
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
+from engine.search.probability.confidence_sequence import sequence_interval
 from engine.search.probability.estimates import (
     CONDITIONS,
     JOINT,
@@ -47,7 +48,10 @@ from engine.search.probability.subset_simulation import subset_simulation
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Method, Verdict
+from engine.vocabulary import Method, Side, Verdict
+
+if TYPE_CHECKING:
+    from engine.search.objectives import Objective, Runs
 
 __all__ = [
     "CONDITIONS",
@@ -65,6 +69,8 @@ __all__ = [
 
 BLOCK = 4096
 """Draws that are simulated together."""
+LOOK = 500
+"""Draws between two looks at the confidence sequence."""
 DRAWS_A_RUN = 200
 """Maximum number of draws per requested run under `joint`; the estimate then uses the runs so far."""
 
@@ -95,10 +101,12 @@ def estimate(
     condition: str = PARAMS,
     score: Score = DISTANCE,
     of: str = "",
+    until_width: float = 0.0,
 ) -> Probability:
     """Return the probability for a program, by one of `METHODS`, on the host that the config names.
 
-    The event is a collision, or with `of` the violation of that expectation of the file.
+    The event is a collision, or with `of` the violation of that expectation of the file. With `until_width`, `mc` stops
+    as soon as the confidence sequence is at most as wide; `samples` is the largest number then.
 
     Raises:
         UnknownObjectiveError: the file has no expectation of that name.
@@ -113,17 +121,64 @@ def estimate(
         if method != "mc":
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
+    if until_width and (method != "mc" or not 0.0 < until_width < 1.0):
+        raise ArgumentError(f"until_width is {until_width} with method {method}", "take method mc, and 0 < width < 1")
     config, *others = _recorded(config)
-    evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, *others, config)
+    aims, targets = _partners(program) if method == "importance" and not of and score is DISTANCE else ((), {})
+    evaluate, judge = make_evaluator(program, config, PAPER, aims), make_judge(program, *others, config)
     if of:
         evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
         score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
     if method in RARE:
-        found = _all_known(RARE[method].function(program.space, evaluate, samples, seed, judge=judge, score=score))
+        function = RARE[method].function
+        found = _all_known(function(program.space, evaluate, samples, seed, judge=judge, score=score, **targets))
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
-        found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
+        found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples, until_width=until_width)
     return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
+
+
+def _partners(program: Program) -> "tuple[tuple[Objective, ...], dict[str, Any]]":
+    """Return objectives that measure the distance and the side of each partner, and the targets that read them: each
+    partner, and each on each side of the ego, where it is at its closest approach.
+    """
+    from engine.search.objectives import Objective
+
+    aims: list[Objective] = []
+    targets: list[Score] = []
+    for pair in range(len(program.actors) - 1):
+        distance = len(aims)
+        aims += [
+            Objective(
+                "distance", "minus its least distance", _column("min_distance", pair, -1.0), _collided, -1.0, "m"
+            ),
+            Objective("side", "the side on which it is then", _column("side", pair), _collided),
+        ]
+        targets += [_target(distance, side) for side in (None, *Side)]
+    return tuple(aims), {"targets": targets}
+
+
+def _column(name: str, pair: int, sign: float = 1.0) -> "Callable[[Runs], Floats]":
+    return lambda runs: sign * getattr(runs.outcomes, name)[:, pair]
+
+
+def _collided(runs: "Runs", _values: Floats) -> Bools:
+    return np.asarray(runs.outcomes.collided, dtype=bool)
+
+
+def _target(distance: int, side: Side | None) -> Score:
+    """Return the score of collisions with one partner, on one side of the ego or on any."""
+
+    def nearness(runs: Assessment) -> Floats:
+        return np.where(is_there(runs), runs.sought[:, distance], -np.inf)
+
+    def failed(runs: Assessment) -> Bools:
+        return is_there(runs) & runs.collided & (runs.sought[:, distance] >= 0.0)
+
+    def is_there(runs: Assessment) -> Bools:
+        return np.ones(len(runs), dtype=bool) if side is None else runs.sought[:, distance + 1] == side
+
+    return replace(DISTANCE, nearness=nearness, failed=failed)
 
 
 def _recorded(config: Config) -> tuple[Config, ...]:
@@ -192,13 +247,16 @@ def monte_carlo(
     level: float = 0.95,
     judge: Judge | None = None,
     enough: int | None = None,
+    until_width: float = 0.0,
 ) -> Probability:
-    """Estimate by plain Monte Carlo with at most `samples` draws, or until `enough` draws gave valid runs."""
+    """Estimate by plain Monte Carlo with at most `samples` draws, or until `enough` draws gave valid runs, or until the
+    confidence sequence is at most `until_width` wide; then it is the interval.
+    """
     from engine.sampling import draw_genomes
 
-    count, driven = Count(), _Driven()
-    for start in range(0, samples, BLOCK):
-        keys = key_rows(seed, int(Method.SAMPLE), 0, 0, range(start, min(samples, start + BLOCK)))
+    count, driven, block = Count(), _Driven(), LOOK if until_width else BLOCK
+    for start in range(0, samples, block):
+        keys = key_rows(seed, int(Method.SAMPLE), 0, 0, range(start, min(samples, start + block)))
         genomes = draw_genomes(space, keys)
         runs = evaluate(genomes, keys)
         valid = np.flatnonzero(runs.verdict == Verdict.VALID)
@@ -208,12 +266,16 @@ def monte_carlo(
             genomes, keys, runs = genomes[:keep], keys[:keep], take(runs, slice(0, keep))
         count = count.more(runs)
         driven = driven.more(genomes, keys, runs, judge)
-        if count.valid == enough:
+        sequence = sequence_interval(count.collisions, count.valid, level, count.lost)
+        if count.valid == enough or sequence.high - sequence.low <= until_width:
             break
+    interval = sequence_interval if until_width else clopper_pearson
     return Probability(
         method="mc",
         value=count.collisions / count.valid if count.valid else math.nan,
-        interval=clopper_pearson(count.collisions, count.valid, level, count.lost),
+        interval=interval(count.collisions, count.valid, level, count.lost),
+        sequence=sequence_interval(count.collisions, count.valid, level, count.lost),
+        until_width=until_width,
         level=level,
         simulations=count.simulations,
         valid=count.valid,
@@ -223,7 +285,7 @@ def monte_carlo(
         errors=count.errors,
         lost=count.lost,
         avoidable=driven.avoidable / driven.valid if driven.valid else math.nan,
-        avoidable_interval=clopper_pearson(driven.avoidable, driven.valid, level, driven.lost),
+        avoidable_interval=interval(driven.avoidable, driven.valid, level, driven.lost),
         driven=driven.collisions,
         by_partner=count.by_partner,
         without_ego=count.without_ego,

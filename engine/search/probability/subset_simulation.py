@@ -10,11 +10,14 @@ logarithm (by the delta method), which is higher, and its error probability is a
 a danger is seldom underestimated.
 
 A reason replaces the interval if a repetition met a plateau or did not reach a failure, or if repetitions differ by
-more than their mean: then ten repetitions do not show the error of the estimate.
+more than their mean: then ten repetitions do not show the error of the estimate. All ten may miss the same mode of
+failures. So the mean of any nine is to be within a factor of 1.5 of the mean of any other nine, and of that of three
+wide climbs, which estimate the same probability but begin farther out; they are not part of the estimate.
 """
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 
 import numpy as np
 
@@ -23,18 +26,23 @@ from engine.program import ParamSpace
 from engine.search.probability.estimates import (
     MOST_DRIVEN,
     NOT_KNOWN,
+    REPETITIONS,
+    Count,
     Judge,
     Probability,
     Withheld,
     around,
     checked_samples,
+    disagree,
 )
-from engine.search.probability.levels import DISTANCE, Chains, Climb, Score, climb
+from engine.search.probability.levels import DISTANCE, Chains, Climb, Score, ascend, climb, width_of
 from engine.search.statistics import Interval
 from engine.tables import Floats
 
-REPETITIONS = 10
-"""Independent estimates of subset simulation."""
+SCOUTS = 3
+"""Wide climbs, as large as a repetition."""
+SCOUT = 50
+"""Number of the first one's run in the stream keys."""
 LEAST = 100 * REPETITIONS
 """Runs a level, over all repetitions."""
 LEFT_OUT_ABOVE = 0.1
@@ -62,21 +70,29 @@ def subset_simulation(
     climbs = [climb(chains, samples // REPETITIONS) for chains in ways]
     values = np.array([each.value for each in climbs])
     withheld = _withheld(climbs)
+    scouts: list[Chains] = []
+    if not withheld:
+        wide, share = width_of(len(space)), sum(chains.filled for chains in ways) / sum(chains.drawn for chains in ways)
+        scouts = [Chains(space, evaluate, score, seed, SCOUT + scout, width=wide) for scout in range(SCOUTS)]
+        seen = float(np.mean([ascend(chains, samples // REPETITIONS).joint for chains in scouts])) / share
+        without = (values.sum() - values) / (len(values) - 1)
+        withheld = Withheld.MODES if disagree(np.append(without, seen)) else withheld
     shares = np.array([_avoidable(chains, each) for chains, each in zip(ways, climbs, strict=True)])
     value, interval = _estimate(values, withheld, level)
     avoidable, avoidable_interval = _estimate(values * shares, withheld, level)
+    total = reduce(Count.plus, (chains.count for chains in (*ways, *scouts)))
     return Probability(
         method="subset",
         value=value,
         interval=interval,
         level=level,
-        simulations=sum(chains.count.simulations for chains in ways),
-        valid=sum(chains.count.valid for chains in ways),
-        collisions=sum(chains.count.collisions for chains in ways),
+        simulations=total.simulations,
+        valid=total.valid,
+        collisions=total.collisions,
         valid_share=sum(chains.filled for chains in ways) / sum(chains.drawn for chains in ways),
-        aborted=sum(chains.count.aborted for chains in ways),
-        errors=sum(chains.count.errors for chains in ways),
-        lost=sum(chains.count.lost for chains in ways),
+        aborted=total.aborted,
+        errors=total.errors,
+        lost=total.lost,
         levels=climbs[0].thresholds,
         avoidable=avoidable,
         avoidable_interval=avoidable_interval,
@@ -85,6 +101,7 @@ def subset_simulation(
         withheld=withheld,
         tied=max(each.tied for each in climbs),
         reached=sum(each.value > 0.0 and not each.withheld for each in climbs),
+        repetitions=REPETITIONS,
     )
 
 

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.special import ndtr, ndtri
 
-from engine.search.probability.confidence_sequence import confidence_sequence
+from engine.search.probability.confidence_sequence import confidence_sequence, sequence_interval
+from engine.search.probability.functions import evaluator, uniform_space
+from engine.search.probability.monte_carlo import monte_carlo
 from engine.search.statistics import clopper_pearson
 from tests.laws import examples
 
@@ -74,3 +77,27 @@ def test_looks_of_any_shape() -> None:
 def test_bad_arguments_are_refused(bad: tuple[int, int, float, float]) -> None:
     with pytest.raises(ValueError, match=r"successes|alpha"):
         confidence_sequence(*bad)
+
+
+@pytest.mark.parametrize("far", [0.5, 1.5])
+def test_plain_draws_stop_at_a_width_and_hold_the_truth(far: float) -> None:
+    """With the interval of the sequence; a run with more draws goes on from the same ones."""
+    space, truth = uniform_space(1), float(ndtr(-far))
+    evaluate = evaluator(lambda uniforms, _: far - ndtri(uniforms[:, 0]))
+    held = 0
+    for seed in range(20):
+        found = monte_carlo(space, evaluate, 50_000, seed, until_width=0.05)
+        assert found.interval == found.sequence
+        assert found.interval.high - found.interval.low <= 0.05
+        assert found.simulations < 50_000
+        held += found.interval.low <= truth <= found.interval.high
+    assert held >= 18
+    least = monte_carlo(space, evaluate, 1_000, 1, until_width=1e-3)
+    assert (least.simulations, least.interval) == (1_000, least.sequence)
+
+
+def test_unknown_outcomes_widen_both_ends() -> None:
+    low, high = sequence_interval(3, 100, 0.95, unknown=10)
+    assert low == confidence_sequence(3, 110)[0]
+    assert high == confidence_sequence(13, 110)[1]
+    assert np.isnan(sequence_interval(0, 0)).all()

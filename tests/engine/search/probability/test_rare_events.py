@@ -99,7 +99,7 @@ def test_any_score_leads_there(method) -> None:
     """Larger is nearer, and what failed is told apart: here a braking that comes too late, in seconds."""
     score = Score("late", "seconds to spare", "s", lambda runs: -2.0 * runs.min_distance, lambda runs: runs.collided)
     space, evaluate = space_of(CORNER), lambda x, k: evaluated(CORNER, x, k)
-    found, by_distance = method(space, evaluate, 4_000, 1, score=score), method(space, evaluate, 4_000, 1)
+    found, by_distance = method(space, evaluate, 6_000, 2, score=score), method(space, evaluate, 6_000, 2)
     assert found.score == "late"
     assert found.value == pytest.approx(by_distance.value)
     assert found.levels == pytest.approx([2.0 * level for level in by_distance.levels])
@@ -109,7 +109,8 @@ def test_without_genes_only_chance_decides() -> None:
     """There is nothing to draw elsewhere: an honest reason, no crash."""
     alone = replace(CORNER, genes=0, left=lambda x, noise: 3.0 - noise)
     found = estimated(alone, "importance", 2_000, 0)
-    assert found.withheld == Withheld.FEW
+    assert found.withheld in (Withheld.FEW, Withheld.PARTLY)
+    assert found.interval == NOT_KNOWN
     assert estimated(alone, "subset", 2_000, 0).withheld in (Withheld.PARTLY, Withheld.SCATTERED, Withheld.NOTHING)
 
 
