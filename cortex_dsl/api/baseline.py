@@ -4,7 +4,6 @@ A baseline is a TOML file with an entry for each known failure: `file` (relative
 the limit (`expect`), `kind`, `digest` of the program, and `replay`, the options that repeat its first failing run.
 """
 
-import json
 import os
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
@@ -14,6 +13,7 @@ from typing import Any, cast
 
 from cortex_dsl.report.findings.gate_report import Check, FileResult, GateReport, Kind, Status
 from engine.errors import CortexError, UnreadableFileError
+from engine.strict_json import json_text
 
 HEAD = """\
 # Known failures of `cortexc test`: they do not fail. `--update-baseline` writes this file.
@@ -183,4 +183,4 @@ def _lines(entry: Entry) -> Sequence[str]:
 
 def _quoted(text: str) -> str:
     """Return a text as a basic string of TOML."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json_text(text).replace("\x7f", "\\u007f")

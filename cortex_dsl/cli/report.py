@@ -117,7 +117,7 @@ _STUDY = Condition("a study, which always has its tables", lambda options: is_st
 
 REPORT = Command(
     name="report",
-    usage="RUN|STUDY [--out FILE.html] [--cases N] [--tables] [options]",
+    usage="RUN|STUDY [--out FILE.html] [--tables] [options]",
     description="""\
 Write a report of a run as one HTML file that needs no network: summary, course
 of the search, where in the space of params it found failures, and the worst

@@ -45,7 +45,9 @@ def generations(journal: Path) -> int:
 def test_ctrl_c_keeps_what_there_is(command_server: ForkServer, left_turn: Path, tmp_path: Path) -> None:
     """SIGINT in the middle of a search: 130, a report of what was found, and a complete run directory."""
     run = tmp_path / "run"
-    process = command_server.start(RUN, left_turn, "--ga", "--generations", 60000, "--population", 50, "--out", run)
+    process = command_server.start(
+        RUN, left_turn, "--ga", "--generations", 60000, "--population", 50, "--tables", "--out", run
+    )
     deadline = time.monotonic() + 300
     while generations(run / "journal.sqlite") < 3:
         assert time.monotonic() < deadline

@@ -12,7 +12,7 @@ from cortex_dsl.semantics.errors import declared
 from cortex_dsl.semantics.errors.problems import Problem
 
 HOME = Path(cortex_dsl.__file__).parent
-MODULES = sorted((*(HOME / "semantics").rglob("*.py"), *(HOME / "console").glob("*.py")))
+MODULES = sorted(path for folder in ("semantics", "api", "console") for path in (HOME / folder).rglob("*.py"))
 PROBLEMS = declared()
 
 

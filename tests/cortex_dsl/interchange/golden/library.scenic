@@ -3,7 +3,7 @@
 # scenario: library.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 1afbb8461927f52fb3e85c39c543cba6
+# digest: e560610c4e2aaf5386e687fe8641f4a8
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #

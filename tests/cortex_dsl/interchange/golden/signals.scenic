@@ -3,7 +3,7 @@
 # scenario: signals.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: b5647bd5f16c8a52d111f3af0d3308ea
+# digest: 9492336844760443968fc70302eb1a28
 # risk: 6 of 22 (C 0, MD 4, D_MS 0, TTC_MS 2; profile paper)
 # version: cortexc 0.2.0
 #
