@@ -139,7 +139,7 @@ class Op(IntEnum):
     ACTION = 71
     """dst <- external decision number a (integer) at this turn."""
     CROSSING = 72
-    """dst..dst+9 <- `kernels.crossing.Crossing` of actors a and b (integers); a's perception of b is packed at c, as
+    """dst..dst+10 <- `kernels.crossing.Crossing` of actors a and b (integers); a's perception of b is packed at c, as
     `kernels.crossing.Foresight`.
     """
 
@@ -222,7 +222,7 @@ INSTRUCTIONS: Mapping[Op, Instruction] = {
     Op.TOUCHES: Instruction((NUMBER,)),
     Op.VELOCITY: Instruction((NUMBER,), 3),
     Op.ACTION: Instruction((NUMBER,)),
-    Op.CROSSING: Instruction((NUMBER, NUMBER, MANY), 10),
+    Op.CROSSING: Instruction((NUMBER, NUMBER, MANY), 11),
     Op.JUMP: Instruction((NUMBER,), 0),
     Op.JUMP_UNLESS: Instruction((1, NUMBER), 0),
     Op.JUMP_IF_RUNNING: Instruction((NUMBER, NUMBER), 0),
