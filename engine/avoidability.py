@@ -140,9 +140,8 @@ def avoidability(
 
     def drive(window: Window) -> None:
         samples = samples_of(config) + 1
-        scratch = drive_memory(program, config, samples, independent=independent)
-        if not independent:
-            scratch = scratch._replace(checkpoints=checkpoints(scratch.run, samples, touching=scratch.touching))
+        stored = 0 if independent else samples
+        scratch = drive_memory(program, config, samples, independent=independent, stored=stored)
         reference_rows(shared, rows, reach, window, scratch, driver, found)
 
     in_parts(len(scenes), jobs, drive)
@@ -180,17 +179,22 @@ def blame(
     return said
 
 
-def drive_memory(program: Program, config: SimulationConfig, samples: int, *, independent: bool = False) -> DriveMemory:
-    """Return memory for runs of `samples` samples and `LONGEST` more; `independent`: the others ignore the ego."""
-    run = memory(program, samples + math.ceil(LONGEST / config.time_step))
+def drive_memory(
+    program: Program, config: SimulationConfig, samples: int, *, independent: bool = False, stored: int = 0
+) -> DriveMemory:
+    """Return memory for runs of `samples` samples and `LONGEST` more, with `stored` checkpoints.
+
+    `independent`: the others ignore the ego.
+    """
+    run, touching = memory(program, samples + math.ceil(LONGEST / config.time_step)), others_touch(program)
     return DriveMemory(
         run,
         outlines=np.zeros((len(program.actors), 3)),
         path=np.zeros((len(run.states), PATH_COLUMNS)),
         own=np.zeros((len(run.states), len(State))),
         independent=independent,
-        touching=others_touch(program),
-        checkpoints=checkpoints(run, 0, touching=False),
+        touching=touching,
+        checkpoints=checkpoints(run, stored, touching=touching),
     )
 
 
