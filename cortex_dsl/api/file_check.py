@@ -17,7 +17,7 @@ from cortex_dsl.api.limits import BUDGET, MOST_RUNS, Budget, budget_of
 from cortex_dsl.api.scenario import NO_SCENE, Scenario, load
 from cortex_dsl.api.scenario_files import ScenarioFile
 from cortex_dsl.api.scenario_mistakes import failure_of
-from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.gate_report import Check, FailedRun, FileResult, Kind, Measured, Status
 from cortex_dsl.report.findings.story import end_of
@@ -84,12 +84,20 @@ def check_file(
     result = FileResult(str(file.path), seed=plan.seed, found=file.found)
     try:
         scenario = load(file.path)
-        result = replace(result, digest=scenario.program.digest, imports=_imports(scenario))
+        compiled = scenario.compiled
+        shown = tuple(each for each in compiled.diagnostics if each.severity is not Severity.HINT)
+        result = replace(
+            result,
+            digest=scenario.program.digest,
+            imports=_imports(scenario),
+            source=compiled.source if shown else None,
+            diagnostics=shown,
+        )
         if prepare is not None:
             prepare(scenario)
         result = _Testing(scenario, plan, result).finished(started + seconds, on_runs)
     except CompileError as error:
-        result = replace(result, error=error)
+        result = replace(result, error=error, source=error.source, diagnostics=tuple(error.diagnostics))
     except ControllerError as error:
         result = replace(result, no_driver=str(error))
     return replace(result, seconds=time.monotonic() - started)

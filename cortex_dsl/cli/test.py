@@ -158,8 +158,8 @@ def _show_file(file: "FileResult", terminal: Terminal) -> None:
     from cortex_dsl.report.terminal.gate_view import file_view
 
     terminal.out.print(file_view(file, terminal.out.width), crop=False)
-    if file.error is not None:
-        print_diagnostics(file.error.source, file.error.diagnostics, terminal.err)
+    if file.source is not None:
+        print_diagnostics(file.source, file.diagnostics, terminal.err)
 
 
 def _show_end(report: "GateReport", options: argparse.Namespace, terminal: Terminal) -> None:
@@ -168,7 +168,9 @@ def _show_end(report: "GateReport", options: argparse.Namespace, terminal: Termi
     from cortex_dsl.report.terminal.gate_view import end_view
 
     if options.json:
-        terminal.document("test", gate_content(report))
+        content = gate_content(report)
+        terminal.diagnostics.extend(each for file in content["files"] for each in file["diagnostics"])
+        terminal.document("test", content)
         return
     if options.format == "github":
         for line in gate_annotations(report):

@@ -13,7 +13,8 @@ from engine.display import counted
 from engine.gates.decision import RateDecision
 
 if TYPE_CHECKING:
-    from cortex_dsl.diagnostics import CompileError
+    from cortex_dsl.diagnostics import CompileError, Diagnostic
+    from cortex_dsl.source import Source
 
 
 class Status(StrEnum):
@@ -143,6 +144,9 @@ class FileResult:
     checks: tuple[Check, ...] = ()
     error: "CompileError | None" = None
     """Errors of the file."""
+    source: "Source | None" = None
+    diagnostics: "tuple[Diagnostic, ...]" = ()
+    """Errors, warnings and notes of the compiler."""
     no_scene: str = ""
     """Reason why no run counts; "" if one does."""
     no_driver: str = ""
@@ -269,7 +273,7 @@ def _file_content(file: FileResult) -> dict[str, Any]:
         "runs": file.runs,
         "valid": file.valid,
         "trouble": file.trouble or None,
-        "diagnostics": [] if file.error is None else as_json(file.error.source, file.error.diagnostics),
+        "diagnostics": [] if file.source is None else as_json(file.source, file.diagnostics),
         "remarks": list(file.remarks),
         "checks": [_check_content(check) for check in file.checks],
         "seconds": file.seconds,

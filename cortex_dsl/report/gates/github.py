@@ -8,9 +8,9 @@ def gate_annotations(report: GateReport) -> list[str]:
     """Return annotations for all errors, broken limits and open decisions; known failures are notices."""
     lines: list[str] = []
     for file in report.files:
-        if file.error is not None:
-            lines += github_annotations(file.error.source, file.error.diagnostics)
-        elif file.trouble:
+        if file.source is not None:
+            lines += github_annotations(file.source, file.diagnostics)
+        if file.trouble and file.error is None:
             lines.append(f"::error file={as_property(file.path)},title=cortexc test::{as_data(file.trouble)}")
         lines += (_annotation(report, file, check) for check in file.checks if check.status is not Status.PASS)
         if report.strict:

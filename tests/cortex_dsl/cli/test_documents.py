@@ -89,8 +89,7 @@ def test_a_document_says_what_the_text_says(name: str, cortexc: Command, made: d
     document = json.loads(result.out, parse_constant=no_number)
     assert document["schema"].startswith("cortexc/")
     codes = {each["code"] for each in document["diagnostics"]}
-    # `test` reads many files, and shows the errors of each only.
-    assert codes == ({"SCN321"} if set(ABOUT_A_FILE) & set(LINES[name]) and name != "test" else set())
+    assert codes == ({"SCN321"} if set(ABOUT_A_FILE) & set(LINES[name]) else set())
     assert all(code in shown.said for code in codes)
     for note in document["notes"]:
         assert note in shown.said
