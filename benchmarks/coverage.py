@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -35,6 +36,18 @@ from engine.vocabulary import Purpose
 SMOOTH, MISLEADING, PLATEAU = "smooth", "misleading", "plateau"
 TRUTH = 6.0e-5
 """Of most cases."""
+
+
+class Judged(Protocol):
+    """Result of the estimates on one case: a data class with a verdict."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def fine(self) -> bool: ...
+
+
+Measured = TypeVar("Measured", bound=Judged)
 
 
 @dataclass(frozen=True)
@@ -185,30 +198,43 @@ def _percent(share: float) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--repetitions", type=int, default=2000, help="of each estimator on each case")
+    found = tabulated(__doc__.splitlines()[0], [case.name for case in CASES], coverage, HEAD, row, 2000, arguments)
+    return 0 if all(each.fine for each in found) else 1
+
+
+def tabulated(
+    description: str,
+    names: Sequence[str],
+    measure: Callable[[str, str, int, int], Measured],
+    head: str,
+    row: Callable[[Measured], str],
+    repetitions: int,
+    arguments: Sequence[str] | None,
+) -> list[Measured]:
+    """Measure each estimator on each named case, in processes; print a row as soon as it is there, or one document.
+
+    `measure`: from name, estimator, number of repetitions and of samples; `repetitions`: their usual number.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--repetitions", type=int, default=repetitions, help="of each estimator on each case")
     parser.add_argument("--samples", type=int, default=10_000, help="as of `cortexc probability`")
-    parser.add_argument("--only", choices=[case.name for case in CASES], help="one case")
+    parser.add_argument("--only", choices=names, help="one case")
     parser.add_argument("--method", choices=RARE, help="one estimator")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
-    cases = [case.name for case in CASES if options.only in (None, case.name)]
-    asked = [(case, method) for case in cases for method in RARE if options.method in (None, method)]
+    chosen = [name for name in names if options.only in (None, name)]
+    asked = [(name, method) for name in chosen for method in RARE if options.method in (None, method)]
     if not options.json:
-        print(HEAD)
+        print(head)
+    found: list[Measured] = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        waiting = [pool.submit(coverage, *each, options.repetitions, options.samples) for each in asked]
-        found = [_told(each.result(), as_row=not options.json) for each in waiting]
+        for waiting in [pool.submit(measure, *each, options.repetitions, options.samples) for each in asked]:
+            found.append(waiting.result())
+            if not options.json:
+                print(row(found[-1]), flush=True)
     if options.json:
         print(json.dumps([{**asdict(each), "fine": each.fine} for each in found], indent=2))
-    return 0 if all(each.fine for each in found) else 1
-
-
-def _told(found: Coverage, *, as_row: bool) -> Coverage:
-    """Printed as soon as it is there: all of them take half an hour."""
-    if as_row:
-        print(row(found), flush=True)
     return found
 
 

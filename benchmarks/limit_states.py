@@ -8,13 +8,11 @@ form, or by an integral over one number after the others are integrated exactly.
 intervals given hold the truth, and at most 1 % lie apart from the interval of ten million plain draws.
 """
 
-import argparse
-import json
 import math
+import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import quad
@@ -22,8 +20,8 @@ from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 from scipy.stats import binom, chi2
 
+from benchmarks.coverage import tabulated
 from engine.search.probability.functions import probability
-from engine.search.probability.monte_carlo import RARE
 from engine.search.statistics import clopper_pearson
 from engine.tables import Floats
 
@@ -254,29 +252,9 @@ def row(found: Held) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--repetitions", type=int, default=20, help="of each estimator on each limit state")
-    parser.add_argument("--samples", type=int, default=10_000, help="as of `cortexc probability`")
-    parser.add_argument("--only", choices=[case.name for case in LIMIT_STATES], help="one limit state")
-    parser.add_argument("--method", choices=RARE, help="one estimator")
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args(arguments)
-    names = [case.name for case in LIMIT_STATES if options.only in (None, case.name)]
-    asked = [(name, method) for name in names for method in RARE if options.method in (None, method)]
-    if not options.json:
-        print(HEAD)
-    found: list[Held] = []
-    with ProcessPoolExecutor(options.jobs) as pool:
-        for waiting in [pool.submit(held, *each, options.repetitions, options.samples) for each in asked]:
-            found.append(waiting.result())
-            if not options.json:
-                print(row(found[-1]), flush=True)
+    found = tabulated(__doc__.splitlines()[0], [case.name for case in LIMIT_STATES], held, HEAD, row, 20, arguments)
     given, holding, apart = (sum(getattr(each, name) for each in found) for name in ("given", "holding", "apart"))
-    if options.json:
-        print(json.dumps([{**asdict(each), "fine": each.fine} for each in found], indent=2))
-    else:
-        print(f"\n{holding:,} of {given:,} intervals hold the truth, {apart:,} lie apart from it")
+    print(f"\n{holding:,} of {given:,} intervals hold the truth, {apart:,} lie apart from it", file=sys.stderr)
     return 0 if all(each.fine for each in found) else 1
 
 

@@ -159,11 +159,29 @@ class SearchProgress:
 @contextmanager
 def measured(console: Console, total: int | None) -> Iterator[None]:
     """Show the runs that hosts of this process report, with an estimate; `total` is their number, None if unknown."""
+    with _shown_count(console, total, "run", "runs") as count, counting(count):
+        yield
+
+
+def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> Iterator["Scenes"]:
+    """Pass blocks of scenes on, and show how many of all are drawn, and for how long the others take."""
+    hint = "; Ctrl-C shows what there is" if console.is_terminal else ""
+    with _shown_count(console, total, "scene", "scenes drawn", hint) as count:
+        for block in blocks:
+            yield block
+            count(len(block))
+
+
+@contextmanager
+def _shown_count(
+    console: Console, total: int | None, unit: str, units: str, hint: str = ""
+) -> Iterator[Callable[[int], None]]:
+    """Show how many of `total` units are done, and give the function that counts more of them."""
     done, started = 0, time.monotonic()
-    estimate = Estimate(console, started=started)
+    estimate = Estimate(console, unit, started=started)
 
     def line() -> Text:
-        return count_line(done, total, "runs", time.monotonic() - started)
+        return count_line(done, total, units, time.monotonic() - started).append(hint, "quiet")
 
     def count(more: int) -> None:
         nonlocal done
@@ -172,24 +190,8 @@ def measured(console: Console, total: int | None) -> Iterator[None]:
             estimate.update(done, max(0, total - done))
 
     live = Live(console=console, transient=True, refresh_per_second=4, get_renderable=line)
-    with counting(count), Ticker(console, line), live if console.is_terminal else nullcontext():
-        yield
-
-
-def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> Iterator["Scenes"]:
-    """Pass blocks of scenes on, and show how many of all are drawn, and for how long the others take."""
-    done, started, estimate = 0, time.monotonic(), Estimate(console, "scene")
-
-    def line() -> Text:
-        text = count_line(done, total, "scenes drawn", time.monotonic() - started)
-        return text.append("; Ctrl-C shows what there is", "quiet") if console.is_terminal else text
-
-    live = Live(console=console, transient=True, refresh_per_second=4, get_renderable=line)
     with Ticker(console, line), live if console.is_terminal else nullcontext():
-        for block in blocks:
-            yield block
-            done += len(block)
-            estimate.update(done, total - done)
+        yield count
 
 
 def count_line(done: int, total: int | None, of: str, seconds: float) -> Text:
