@@ -7,6 +7,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -80,7 +81,8 @@ def run_plan(
 ) -> GateReport:
     """Run all files, and return the report; `on_file` is called with each result, in the order of the files.
 
-    `prepare` is called with each scenario that this process runs, before its first run.
+    `prepare` is called with each scenario that this process runs, before its first run. A KeyboardInterrupt ends the
+    test; the report then has the files that are done.
 
     Raises:
         ArgumentError: no file has the `expect` whose probability is limited.
@@ -90,14 +92,20 @@ def run_plan(
     if not 0 <= plan.seed <= SEED_LIMIT:
         raise ArgumentError(f"--seed is {plan.seed}", f"give a number from 0 to {SEED_LIMIT:,}")
     started, results = time.monotonic(), list[FileResult]()
-    for result in _results(files, plan, started, on_runs, prepare):
-        results.append(result)
-        if on_file is not None:
-            on_file(result)
+    is_whole = False
+    with suppress(KeyboardInterrupt):  # the results of finished files are not lost
+        for result in _results(files, plan, started, on_runs, prepare):
+            results.append(result)
+            if on_file is not None:
+                on_file(result)
+        is_whole = True
+    not_run = 0 if is_whole else len(files) - len(results)
     results = _without_libraries(results)
-    _check_name(results, plan)
+    if is_whole:
+        _check_name(results, plan)
     return GateReport(
         files=tuple(results),
+        not_run=not_run,
         seed=plan.seed,
         budget=plan.budget.text,
         timed=math.isfinite(plan.budget.seconds),

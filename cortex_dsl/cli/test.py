@@ -229,7 +229,9 @@ def _check_output(path: Path | None) -> None:
 
 
 def _exit_code(report: "GateReport") -> Exit:
-    """Return the gravest exit code that applies."""
+    """Return the gravest exit code that applies; a test that was interrupted has no verdict."""
+    if report.not_run:
+        return Exit.INTERRUPTED
     applies = {
         Exit.USAGE: report.lacks_driver,
         Exit.DIAGNOSTICS: report.has_file_errors,

@@ -184,6 +184,8 @@ class GateReport:
     """True if a cured failure fails."""
     seconds: float = 0.0
     remarks: tuple[str, ...] = ()
+    not_run: int = 0
+    """Files that were left out as the test was interrupted."""
 
     def checks(self, *statuses: Status) -> Iterator[tuple[FileResult, Check]]:
         """Yield the checks with one of the statuses, with their files."""
@@ -217,7 +219,7 @@ class GateReport:
 
     @property
     def passed(self) -> bool:
-        return not (self.has_broken_limit or any(file.trouble for file in self.files))
+        return not (self.not_run or self.has_broken_limit or any(file.trouble for file in self.files))
 
     @property
     def runs(self) -> int:
@@ -230,7 +232,8 @@ class GateReport:
         passed = f"{counts.pop(Status.PASS):,} of {counted(len(self.files), 'file')} pass"
         others = ", ".join(f"{count:,} {status}" for status, count in reversed(counts.items()) if count)
         cured = f"{counted(len(self.cured), 'known failure')} cured" if self.cured else ""
-        return "; ".join(part for part in (passed, others, cured, counted(self.runs, "run")) if part)
+        left_out = f"interrupted, {counted(self.not_run, 'file')} not run" if self.not_run else ""
+        return "; ".join(part for part in (passed, others, cured, counted(self.runs, "run"), left_out) if part)
 
     @property
     def counts(self) -> Mapping[Status, int]:
@@ -255,6 +258,7 @@ def gate_content(report: GateReport) -> dict[str, Any]:
         "counts": {status.lower(): count for status, count in report.counts.items()},
         "runs": report.runs,
         "cured": len(report.cured),
+        "not_run": report.not_run,
         "remarks": list(report.remarks),
         "files": [_file_content(file) for file in report.files],
         "seconds": report.seconds,

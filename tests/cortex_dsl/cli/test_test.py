@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import cortex_dsl as cx
+from cortex_dsl.api import testing
 from cortex_dsl.console.terminal import Exit, gravest
 from cortex_dsl.report.findings.gate_report import Check, FailedRun, FileResult, GateReport, Kind, Status
 from cortex_dsl.report.gates.junit import junit_text
@@ -373,6 +374,32 @@ def test_paths(tmp_path: Path, cortexc: Run) -> None:
     left = cortexc("test", tmp_path / "a", "--exclude", "b/*", "--exclude", "one*", "--exclude", "sha*")
     assert left.code == Exit.USAGE
     assert "--exclude" in left.said
+
+
+@pytest.mark.parametrize("done", [0, 1])
+def test_an_interrupted_test_keeps_the_files_that_are_done(
+    done: int, tmp_path: Path, cortexc: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Exit code 130; report and XML have them, and say how many files are missing."""
+    for name in ("one", "three", "two"):
+        (tmp_path / f"{name}.scn").write_text(scene(more=KEPT))
+    whole, seen = testing.check_file, list[object]()
+
+    def interrupted(*arguments: Any) -> FileResult:
+        if len(seen) == done:
+            raise KeyboardInterrupt
+        seen.append(arguments)
+        return whole(*arguments)
+
+    monkeypatch.setattr(testing, "check_file", interrupted)
+    found = cortexc("test", tmp_path, "--json", "--junit", tmp_path / "out.xml")
+    assert found.code == Exit.INTERRUPTED
+    assert found.document["not_run"] == 3 - done
+    assert not found.document["passed"]
+    assert [Path(file["path"]).name for file in found.document["files"]] == ["one.scn", "three.scn"][:done]
+    assert len(ET.parse(tmp_path / "out.xml").findall(".//testsuite")) == done
+    seen.clear()
+    assert f"interrupted, {3 - done} files not run" in " ".join(cortexc("test", tmp_path).out.split())
 
 
 def test_a_time_budget_says_so(planted: Path, cortexc: Run) -> None:
