@@ -4,7 +4,7 @@ Scene code and step code are written in the same way. Shared sub-expressions are
 """
 
 from collections import ChainMap
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Container, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
@@ -155,6 +155,36 @@ class Dynamics:
 
 
 @dataclass
+class Skipping:
+    """Decides whether code jumps over an operand that does not matter."""
+
+    is_settled: Callable[[ir.Expr], bool]
+    """Function that tells whether code reads an expression without computing it."""
+    draws: dict[int, bool] = field(default_factory=dict)
+    """Whether an expression draws a random number, by identity."""
+
+    def is_worthwhile(self, expression: ir.Expr, known: Container[int]) -> bool:
+        """Return True if an expression takes `FEW` rows or more that are not known yet, and draws no random number."""
+        cost, waiting, seen = 0, [expression], set[int]()
+        while waiting and cost < FEW:
+            part = waiting.pop()
+            if isinstance(part, ir.Literal) or id(part) in seen or id(part) in known or self.is_settled(part):
+                continue
+            seen.add(id(part))
+            if isinstance(part, ir.Apply):
+                cost += 1 if part.op in READINGS or part.op not in INSTRUCTIONS else SEARCH
+            waiting += operands(part)
+        return cost >= FEW and not self._draws(expression)
+
+    def _draws(self, expression: ir.Expr) -> bool:
+        key = id(expression)
+        if key not in self.draws:
+            is_draw = isinstance(expression, ir.Apply) and expression.op == Op.RANDOM
+            self.draws[key] = is_draw or any(map(self._draws, operands(expression)))
+        return self.draws[key]
+
+
+@dataclass
 class ExpressionWriter:
     """Writes expressions into a buffer. `known` maps the identity of an expression to its (first) register."""
 
@@ -167,8 +197,8 @@ class ExpressionWriter:
     """Block of each monitor."""
     shades: tuple[ir.Expr, ...] = ()
     """Outlines that hide at the start, as `Op.CAN_SEE` reads them."""
-    skips: bool = False
-    """Whether code may jump over operands that do not matter: not in segments, which are evaluated as a whole."""
+    skipping: "Skipping | None" = None
+    """Rule for operands that code may jump over; None for segments, which are evaluated as a whole."""
     before: Mapping[int, int] = field(default_factory=dict)
     """How many of the first actors alone hide, by the identity of a look on which the next actor depends."""
 
@@ -238,7 +268,7 @@ class ExpressionWriter:
         return self.known[key]
 
     def _apply(self, expression: ir.Apply) -> Register:
-        if self.skips and (chosen := self._skipping(expression)) is not None:
+        if self.skipping is not None and (chosen := self._skip(expression, self.skipping)) is not None:
             return chosen
         registers, immediates = [self.register(argument) for argument in expression.arguments], expression.immediates
         if expression.op == Op.CAN_SEE:
@@ -247,7 +277,7 @@ class ExpressionWriter:
         self.buffer.emit(expression.op, destination, *immediates, *registers)
         return destination
 
-    def _skipping(self, expression: ir.Apply) -> Register | None:
+    def _skip(self, expression: ir.Apply, skipping: "Skipping") -> Register | None:
         """Write an `and` or a choice whose second operand is costly: it is skipped if the first is false.
 
         The result is that of the operation on all operands, as a skipped operand has no effect of its own. Returns None
@@ -260,7 +290,7 @@ class ExpressionWriter:
                 pass
             case _:
                 return None
-        if not self._is_costly(costly):
+        if not skipping.is_worthwhile(costly, self.known):
             return None
         test, result, end = self.register(condition), self.register(otherwise), Target()
         destination = self.buffer.temporary()
@@ -270,20 +300,3 @@ class ExpressionWriter:
         self.buffer.emit(expression.op, destination, *map(within.register, expression.arguments))
         self.buffer.place(end)
         return destination
-
-    def _is_costly(self, expression: ir.Expr) -> bool:
-        """Return True if an expression takes `FEW` rows or more that are not known yet, and draws no random number."""
-        cost, waiting, seen = 0, [expression], set[int]()
-        while waiting:
-            part = waiting.pop()
-            if isinstance(part, ir.Literal) or id(part) in seen or id(part) in self.known:
-                continue
-            seen.add(id(part))
-            if self.hoist(part) is not None:  # it is read in any case, and has its number from here on
-                continue
-            if isinstance(part, ir.Apply):
-                if part.op == Op.RANDOM:
-                    return False
-                cost += 1 if part.op in READINGS or part.op not in INSTRUCTIONS else SEARCH
-            waiting += operands(part)
-        return cost >= FEW

@@ -21,6 +21,7 @@ from cortex_dsl.lowering.instructions import (
     Register,
     Row,
     SceneValue,
+    Skipping,
     Target,
     Temporary,
 )
@@ -91,11 +92,12 @@ class SceneValues:
 
     def hoist(self, expression: ir.Expr) -> Register | None:
         """Return the register of a value that is settled with the scene; step code reads it without computing it."""
-        if isinstance(expression, ir.Pack) or self.dynamics.is_dynamic(expression):
-            return None
-        if isinstance(expression, ir.Apply) and expression.width > 1:
-            return None
-        return SceneValue(self.number(expression))
+        return SceneValue(self.number(expression)) if self.is_settled(expression) else None
+
+    def is_settled(self, expression: ir.Expr) -> bool:
+        """Return True if an expression is one number that is settled with the scene."""
+        is_wide = isinstance(expression, ir.Pack) or (isinstance(expression, ir.Apply) and expression.width > 1)
+        return not is_wide and not self.dynamics.is_dynamic(expression)
 
 
 def lower_variant(variant: ir.Variant) -> VariantCode:
@@ -106,7 +108,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
     step, numbered = CodeBuffer(), _Coroutines.of(variant)
     writer = ExpressionWriter(step, constants, values.hoist, monitor_blocks=numbered.monitor_blocks)
     rules = tuple(_looked_at(step, writer, rule.condition) for rule in variant.rules)
-    numbered.write(variant, step, replace(writer, skips=True))
+    numbered.write(variant, step, replace(writer, skipping=Skipping(values.is_settled)))
     objectives = tuple(_looked_at(step, writer, value) for value in variant.objectives)
     site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
     sight = next((values.number(value) for name, value in variant.environment if name == "sight"), -1)

@@ -5,7 +5,7 @@ pedals stay as they were set, as in Scenic.
 # scenario: walking.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 0e7c41202d92225f1ff43354a1120c68
+# digest: eba3d1994c3539910b51acab3f3defe1
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #
