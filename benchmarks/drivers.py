@@ -32,7 +32,7 @@ import numpy as np
 
 import cortex_dsl as cx
 from engine.assessment import take
-from engine.avoidability import blame
+from engine.verdicts import blame
 from engine.batch import simulate
 from engine.driving import blocks
 from engine.fairness import fair_starts

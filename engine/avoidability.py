@@ -15,8 +15,9 @@ the ego had begun to, and never harder than 0.774 g, than the ego's own brakes, 
 not build up sooner than the ego's. Being struck from behind, or while standing where standing is permitted, is no
 failure (`engine.kernels.fault`): such a collision is counted separately.
 
-`avoidability` gives complete answers for a few cases, margins included, with tens of simulations each; `blame` decides
-for thousands of collisions whether the driver avoids them, with one simulation each.
+`avoidability` gives complete answers for a few cases, margins included, with tens of simulations each;
+`engine.verdicts` decides for thousands of collisions whether this driver and other reference drivers avoid them, with
+one simulation each.
 """
 
 import math
@@ -37,7 +38,6 @@ from engine.kernels.avoidance import (
     Checkpoints,
     DriveMemory,
     ReferenceDrive,
-    avoidability_rows,
     reference_rows,
 )
 from engine.kernels.bicycle import GRAVITY
@@ -46,8 +46,8 @@ from engine.kernels.rows import Window
 from engine.kernels.run_state import Run
 from engine.program import Program
 from engine.scenes import Scenes, weather_sight
-from engine.tables import Bools, Ints
-from engine.vocabulary import Blame, Fault, State
+from engine.tables import Bools
+from engine.vocabulary import Fault, State
 
 R157 = Driver(
     perception=0.4,
@@ -156,33 +156,17 @@ def _drive_of(row: list[float]) -> ReferenceDrive:
     return ReferenceDrive(*stops, as_hard, helpless, too_late)
 
 
-def blame(
-    program: Program,
-    scenes: Scenes,
-    config: SimulationConfig = DEFAULTS,
-    contact: ContactConfig = CONTACT,
-    jobs: int = 1,
-) -> Ints:
-    """Return (n,) `Blame` of each scene; `NONE` for a scene that is invalid or without a collision of the ego."""
-    shared, rows, reach = (
-        plan(program, config, contact),
-        requested(program, scenes),
-        weather_sight(program, scenes.variant, scenes.values),
-    )
-    said, independent = np.full(len(scenes), int(Blame.NONE), dtype=np.int32), ignores_ego(program)
-
-    def drive(window: Window) -> None:
-        scratch = drive_memory(program, config, samples_of(config) + 1, independent=independent)
-        avoidability_rows(shared, rows, reach, window, scratch, R157, said)
-
-    in_parts(len(scenes), jobs, drive)
-    return said
-
-
 def drive_memory(
-    program: Program, config: SimulationConfig, samples: int, *, independent: bool = False, stored: int = 0
+    program: Program,
+    config: SimulationConfig,
+    samples: int,
+    *,
+    independent: bool = False,
+    stored: int = 0,
+    models: int = 0,
 ) -> DriveMemory:
-    """Return memory for runs of `samples` samples and `LONGEST` more, with `stored` checkpoints.
+    """Return memory for runs of `samples` samples and `LONGEST` more, with `stored` checkpoints, and for `models`
+    reference drivers.
 
     `independent`: the others ignore the ego.
     """
@@ -194,6 +178,8 @@ def drive_memory(
         own=np.zeros((len(run.states), len(State))),
         independent=independent,
         touching=touching,
+        onsets=np.zeros((models, 2), dtype=np.int64),
+        conflicts=np.zeros(samples),
         checkpoints=checkpoints(run, stored, touching=touching),
     )
 

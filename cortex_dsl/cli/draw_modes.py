@@ -159,7 +159,7 @@ def _sampled(scenario: Scenario, run: RunRequest, samples: int, terminal: Termin
 
 def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> None:
     """Drive scenes, and count how their runs ended."""
-    from engine.avoidability import blame
+    from engine.verdicts import blame
 
     program, config = scenario.program, scenario.config
     assert config.driver is not None

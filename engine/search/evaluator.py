@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.assessment import Evaluate, take, to_arrays
-from engine.avoidability import blame
+from engine.verdicts import blame
 from engine.config import Config
 from engine.errors import ArgumentError
 from engine.outcomes import MEASURED, Assessment, Outcomes, Result, Retention

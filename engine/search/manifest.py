@@ -14,6 +14,7 @@ from engine.config import Config, ContactConfig, GAConfig, SearchConfig, Simulat
 from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
+from engine.references import NAMES
 from engine.risk import PROFILES
 from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
@@ -217,9 +218,14 @@ class Manifest:
         return Config(
             simulation=SimulationConfig(**self.settings["simulation"]),
             contact=ContactConfig(**self.settings["contact"]),
-            search=SearchConfig(**self.settings["search"]),
+            search=_search_config(self.settings["search"]),
             ga=GAConfig(**self.settings["ga"]),
         )
+
+
+def _search_config(settings: Mapping[str, Any]) -> SearchConfig:
+    """Return the settings of a search; JSON has a list for a tuple."""
+    return SearchConfig(**{name: tuple(value) if isinstance(value, list) else value for name, value in settings.items()})
 
 
 def is_large(search: SearchConfig) -> bool:
@@ -352,6 +358,8 @@ def _check_words(manifest: Manifest, config: Config) -> None:
     ):
         if word not in words:
             raise ManifestError(f"`{place}` of its manifest must be one of {', '.join(words)}")
+    if not search.references or not set(search.references) <= set(NAMES):
+        raise ManifestError(f"`settings.search.references` of its manifest must name some of {', '.join(NAMES)}")
     if not manifest.objective or len(set(manifest.objective)) < len(manifest.objective):
         raise ManifestError("`objective` of its manifest must name objectives, each once")
     if (manifest.seed, manifest.run) != (search.seed, search.run):

@@ -10,7 +10,7 @@ import pytest
 
 from cortex_dsl import Scenario, compile_text, load
 from engine import avoidability as module
-from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, blame, refuse_missing
+from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.batch import simulate
 from engine.config import ContactConfig
 from engine.dependence import ignores_ego
@@ -21,6 +21,7 @@ from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import PATH_COLUMNS
 from engine.scenes import Scenes
 from engine.search.probability.monte_carlo import make_judge
+from engine.verdicts import blame
 from engine.vocabulary import Blame, State
 
 STEP = 0.05
