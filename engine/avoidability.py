@@ -21,7 +21,6 @@ one simulation each.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -203,10 +202,10 @@ def checkpoints(run: Run, samples: int, *, touching: bool) -> Checkpoints:
     )
 
 
-def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:
+def refuse_missing(collided: Bools, answered: Bools) -> None:
     """Raise ArgumentError if a scene with a collision has no answer: scenes or settings differ from the run's."""
-    missing = [row for row, (there, answer) in enumerate(zip(collided, answers, strict=True)) if there and not answer]
-    if missing:
+    missing = np.flatnonzero(collided & ~answered)
+    if len(missing):
         raise ArgumentError(
             f"scene {missing[0]} collided, and run again it does not",
             "take the program and the settings with which it collided",

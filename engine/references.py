@@ -20,7 +20,7 @@ SKILLED_BRAKING = 0.774 * 9.81
 """Full braking of the skilled driver of UN R157 [m/s^2]."""
 JERK = 12.65
 """Rate at which braking builds up in JRC-FSM [m/s^3]."""
-BLANK = ReferenceModel(*[0.0] * len(ReferenceModel._fields))
+BLANK = ReferenceModel(0, *[0.0] * (len(ReferenceModel._fields) - 1))
 
 
 @dataclass(frozen=True)

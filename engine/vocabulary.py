@@ -110,6 +110,10 @@ class Blame(IntEnum):
     """A collision that the range of no driver of the set covers."""
 
 
+BLAMEWORTHY = (Blame.AVOIDABLE, Blame.DISPUTED)
+"""Verdicts that come first in an order of failures; all others follow as equals."""
+
+
 class Answer(IntEnum):
     """Result of one reference driver in one simulation (`engine.kernels.references`)."""
 

@@ -212,7 +212,7 @@ def check_keywords(of: str, settings: type, given: Mapping[str, object]) -> None
             kind(name, value, str, LEFT_OUT)
         elif name == "references":
             kind(name, value, tuple, LEFT_OUT)
-            references(value)
+            references(cast("tuple[str, ...]", value))
         elif name.startswith("on_"):
             callback(name, value)
 

@@ -170,7 +170,8 @@ def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> 
             scenario.compiled, scenario.config.simulation, done.scenes, done.outcomes, int(errors[0])
         )
         return
-    said = blame(program, done.tell(sampled.reported).scenes, config.simulation, config.contact, jobs)
+    driven = done.tell(sampled.reported).scenes
+    said = blame(program, driven, config.simulation, config.contact, jobs, config.search.references)
     sampled.runs = sampled.runs.plus(done.outcomes, said)
 
 

@@ -14,9 +14,9 @@ has an arc length, a lateral offset and a relative heading. Each judges a sample
   within 2 s of headway brakes by more than 5 m/s^2.
 
 A driver's reaction lasts as many unsafe samples as its reaction time; then it brakes in each unsafe sample, harder by a
-jerk, and holds its speed in safe ones. Two differences from that code: an actor that drives away is no risk by its TTC,
-and a driver judges only an actor that nothing hides. A situation that a model does not cover gives a reason instead of
-an answer (`Answer`).
+jerk, and holds its speed in safe ones. It brakes no less than the ego had begun to. Two differences from that code: an
+actor that drives away is no risk by its TTC, and a driver judges only an actor that nothing hides. A situation that a
+model does not cover gives a reason instead of an answer (`Answer`).
 """
 
 import math
@@ -58,9 +58,9 @@ from engine.kernels.perception import (
 )
 from engine.kernels.rollout import advance
 from engine.kernels.rows import Requested, Window, note_outlines
-from engine.kernels.run_state import Plan, Run, Status, column_of, vehicle_of
+from engine.kernels.run_state import Plan, Run, Status, vehicle_of
 from engine.tables import Floats, Ints, ReferenceModel
-from engine.vocabulary import ActorKind, Answer, Column, ReferenceKind, State, Verdict
+from engine.vocabulary import ActorKind, Answer, ReferenceKind, State, Verdict
 
 CAREFUL, REGULATION, RESPONSIBILITY, FUZZY, SKILLED = map(int, ReferenceKind)
 NONE, AVOIDS, COLLIDES, STRUCK, NO_VEHICLE, CROSSING, GRIP, REVERSING = map(int, Answer)
@@ -449,9 +449,8 @@ def _drives_into(
     contact, outlines, path, first = again.contact, again.outlines, again.path, onset.sample
     time_step, states = plan.layout.time_step, run.states
     scored = start_from(plan, run, again, first)
-    vehicle, build_up = vehicle_of(plan, run, 0), column_of(plan, run, 0, Column.PEDAL_TIME)
+    vehicle = vehicle_of(plan, run, 0)
     available = min(vehicle.max_braking, vehicle.grip)
-    rate = min(model.jerk, vehicle.max_braking / build_up if build_up > 0.0 else math.inf)
     delay, unsafe, near = first_sample(model.reaction, time_step), onset.unsafe, -1
     way, speed = path[first, WAY], abs(again.own[first, State.SPEED])
     acceleration = (speed - abs(again.own[first - 1, State.SPEED])) / time_step if first > 0 else 0.0
@@ -466,7 +465,7 @@ def _drives_into(
             if unsafe < delay:
                 unsafe, wanted, pedal = unsafe + 1, model.release, model.release
             else:
-                pedal = wanted = min(pedal + rate * time_step, demand)
+                pedal = wanted = min(pedal + model.jerk * time_step, demand)
         held = max(held, path[k, OWN]) if k < contact else held
         slower = max(0.0, speed - max(min(held, available), wanted) * time_step)
         way += 0.5 * (speed + slower) * time_step

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.config import DEFAULT_REFERENCES, Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
@@ -215,17 +215,14 @@ class Manifest:
     @property
     def config(self) -> Config:
         """Return the settings of the run; a setting that is newer than the manifest has its default."""
+        searching: dict[str, Any] = dict(self.settings["search"])
+        searching["references"] = tuple(searching.get("references", DEFAULT_REFERENCES))
         return Config(
             simulation=SimulationConfig(**self.settings["simulation"]),
             contact=ContactConfig(**self.settings["contact"]),
-            search=_search_config(self.settings["search"]),
+            search=SearchConfig(**searching),
             ga=GAConfig(**self.settings["ga"]),
         )
-
-
-def _search_config(settings: Mapping[str, Any]) -> SearchConfig:
-    """Return the settings of a search; JSON has a list for a tuple."""
-    return SearchConfig(**{name: tuple(value) if isinstance(value, list) else value for name, value in settings.items()})
 
 
 def is_large(search: SearchConfig) -> bool:
