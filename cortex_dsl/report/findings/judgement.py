@@ -16,6 +16,8 @@ ANSWERS = {Answer.AVOIDS: ("avoids it", "bad"), Answer.COLLIDES: ("collides", "w
 """Words and style of the answer of one driver."""
 HEADS = ("approach", "braking", "sight", "friction", "adapted speed")
 """Heads of the columns of `counterfactual_cells`."""
+LABELS = ("highest speed of approach", "latest full braking", "least sight", "least friction", "adapted speed")
+"""The same in a table of one case."""
 EXPLAINED = (
     "highest speed of approach, latest instant of full braking, least sight of the other, least friction of the road "
     "at which the careful driver avoids the contact; adapted speed: it approaches so that it can stop before what "
@@ -29,14 +31,16 @@ def covering(judged: Judged) -> list[str]:
 
 
 def drivers_text(judged: Judged) -> str:
-    """Return the drivers that avoid a collision: `all 3`, `none of 3`, or `careful, rss of 3`; empty without any."""
+    """Return the drivers that avoid a collision: `all 3`, `none of 3`, or `2 of 3: careful, rss`; empty without any."""
     covers = covering(judged)
     avoids = [name for name in covers if judged.answers[name] == Answer.AVOIDS]
     if not covers:
         return ""
+    if not avoids:
+        return f"none of {len(covers)}"
     if len(avoids) == len(covers):
         return f"all {len(covers)}" if len(covers) > 1 else covers[0]
-    return f"{', '.join(avoids) or 'none'} of {len(covers)}"
+    return f"{len(avoids)} of {len(covers)}: {', '.join(avoids)}"
 
 
 def counterfactual_cells(found: Counterfactuals) -> Iterator[str]:

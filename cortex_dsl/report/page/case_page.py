@@ -10,6 +10,7 @@ from shlex import quote
 
 from cortex_dsl.report.blocks import Block, Column, Gauge, Table, Title, Value
 from cortex_dsl.report.findings.case_replay import CaseReplay
+from cortex_dsl.report.findings.judgement import EXPLAINED
 from cortex_dsl.report.findings.objectives import broken_words, objective_results
 from cortex_dsl.report.findings.readable import first_line, fixed, percent
 from cortex_dsl.report.findings.run_report import PARTS
@@ -20,7 +21,7 @@ from cortex_dsl.report.page.analysis_sections import verdict_badges
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
 from cortex_dsl.report.page.player import SCRIPTS, player, player_data
 from cortex_dsl.report.page.render import nodes
-from cortex_dsl.report.views.analysis import counterfactual_blocks
+from cortex_dsl.report.views.analysis import case_verdict_table
 from cortex_dsl.report.views.measures import IN_RISK, choices_views, params_table
 from engine.avoidability import Avoidability
 from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes
@@ -139,7 +140,7 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
                 element("h4", "Risk"),
                 nodes(risk_table(replay)),
                 pairs_table(replay),
-                [nodes(each) for each in counterfactual_blocks([case.rank], [place.judged])],
+                _judgement(place.judged),
                 [nodes(each) for each in measures_table(replay)],
                 element("h4", "Params"),
                 nodes(params_table(program.space, replay.scenes.genomes[0], replay.held)),
@@ -152,6 +153,13 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
         id=f"case-{case.rank}",
         data_case=case.rank,
     )
+
+
+def _judgement(judged: Judged | None) -> Node:
+    """Return the answers of the reference drivers, and the counterfactuals; None if the ego was struck."""
+    if judged is None or judged.counterfactuals is None:
+        return None
+    return [element("h4", "What would have avoided it", title=EXPLAINED), nodes(case_verdict_table(judged))]
 
 
 OPINION_STYLES = {"bad": "hit", "warn": "warn"}

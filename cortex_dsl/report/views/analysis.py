@@ -31,7 +31,14 @@ from cortex_dsl.report.findings.failures import (
     rest_text,
     verdicts_text,
 )
-from cortex_dsl.report.findings.judgement import EXPLAINED, HEADS, counterfactual_cells, drivers_text
+from cortex_dsl.report.findings.judgement import (
+    ANSWERS,
+    EXPLAINED,
+    HEADS,
+    LABELS,
+    counterfactual_cells,
+    drivers_text,
+)
 from cortex_dsl.report.findings.probability_report import (
     SAMPLE_TIME,
     avoidable_interval_text,
@@ -58,6 +65,7 @@ from engine.search.insight.sensitivity import Sensitivity, Share
 from engine.search.probability.estimates import JOINT, PARAMS, Probability
 from engine.search.statistics import Interval
 from engine.verdicts import Judged
+from engine.vocabulary import Answer
 
 SHOWN = 12
 """Kinds that are shown."""
@@ -183,6 +191,17 @@ def counterfactual_blocks(ranks: Sequence[int], judged: Sequence[Judged | None])
             (Column("#", numbers=True), Column("avoided by"), *heads, Column(HEADS[-1])), rows, name="counterfactuals"
         )
         yield Note(EXPLAINED, "quiet")
+
+
+def case_verdict_table(judged: Judged) -> Table:
+    """Return the answers of the reference drivers to one case, and its counterfactuals."""
+    rows = [(name, Value(*ANSWERS[answer])) for name, answer in judged.answers.items() if answer is not Answer.STRUCK]
+    if judged.counterfactuals is not None:
+        rows += [
+            (Value(label, "quiet"), Value(text))
+            for label, text in zip(LABELS, counterfactual_cells(judged.counterfactuals), strict=True)
+        ]
+    return Table((Column(), Column(wrap=True)), rows, header=False, name="verdict")
 
 
 def _worst(analysis: Analysis) -> list[Block]:
