@@ -11,8 +11,8 @@ missed: where others move, later is not always worse.
 - *Friction*: the careful driver brakes on a road of a friction.
 
 *Adapted speed*: while the other is hidden, or beyond the range of sight, the ego drives no faster than it could, with
-the careful driver's perception, reaction and braking, and stop before the place of the contact; once it has slowed down
-it does not speed up. Then the careful driver perceives, reacts and brakes.
+the careful driver's perception, reaction and braking, and stop a little before the place of the contact; once it has
+slowed down it does not speed up. Then the careful driver perceives, reacts and brakes.
 """
 
 import math
@@ -65,6 +65,8 @@ WIDTHS = (0.05, 0.05, 0.05, 0.005)
 """Widths at which bisection ends, in the same units; an instant is that of a sample."""
 MOST_FRICTION = 1.0
 """Greatest friction that is tried."""
+SPARE = 0.1
+"""Distance at which the ego can stop before the place of the contact [m]: more than steps of time round off."""
 HALVINGS = 30
 """Halvings in the search of a stopping speed."""
 
@@ -269,7 +271,7 @@ def _approach(plan: Plan, run: Run, again: Replayed, other: int, limits: Approac
             if seen > needed:
                 braking = min(k + reaction, again.until - 1)
             elif not visible and limits.place < math.inf:
-                limit = min(limit, _stopping_speed(limits.place - way, time_step, driver))
+                limit = min(limit, _stopping_speed(limits.place - SPARE - way, time_step, driver))
         if not departed and (k == braking or limit < max(speed, abs(own[k + 1, State.SPEED]))):
             departed = True
             held = path[max(k - 1, 0), OWN]

@@ -319,13 +319,23 @@ def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.
     case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
     own = np.zeros((len(run.states), len(State)))
     nothing = module.checkpoints(run, 0, touching=False)
-    drives = kernels.DriveMemory(run, outlines, path, own, independent=False, touching=True, checkpoints=nothing)
+    drives = kernels.DriveMemory(
+        run,
+        outlines,
+        path,
+        own,
+        independent=False,
+        touching=True,
+        onsets=np.zeros((0, 2), dtype=np.int64),
+        conflicts=np.zeros(0),
+        checkpoints=nothing,
+    )
     found = kernels.resimulate_with_reference(shared, drives, case, R157)
     until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
     again = kernels.Replayed(
         case, found.contact, until, outlines, path[: until + 1], own, recorded=False, checkpoints=nothing
     )
-    return found, lambda k: kernels._drive(shared, run, again, k, R157).touched
+    return found, lambda k: kernels.brake_from(shared, run, again, k, R157).touched
 
 
 def test_the_numbers_are_the_regulations() -> None:
@@ -516,10 +526,12 @@ def test_the_answers_are_those_of_the_run_with_its_contact_settings() -> None:
     assert [answer is not None for answer in answers] == bouncing.collided.tolist()
     times = [answer.contact for answer in answers if answer is not None]
     assert times == bouncing.end_time[bouncing.collided].tolist()
-    refuse_missing(bouncing.collided, answers)
+    there = np.array([answer is not None for answer in answers])
+    refuse_missing(bouncing.collided, there)
     with pytest.raises(ArgumentError, match="run again it does not"):
-        refuse_missing(np.ones(len(answers), dtype=bool), [None, *answers[1:]])
-    config = replace(scenario.config, contact=rubber)
+        refuse_missing(np.ones(len(answers), dtype=bool), np.concatenate([[False], there[1:]]))
+    alone = replace(scenario.config.search, references=("careful",))
+    config = replace(scenario.config, contact=rubber, search=alone)
     rows = np.flatnonzero(bouncing.collided)
     judge = make_judge(scenario.program, config)
     avoidable = [answer.avoidable for answer in answers if answer is not None]
