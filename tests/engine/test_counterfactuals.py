@@ -227,7 +227,8 @@ environment(friction=0.5)
 param V = Range(10, 16) m/s
 van = new Truck at (0, -5.4), facing 0 deg, with regionContainedIn None
 behavior Runs():
-    do WalkForwardBehavior(0 m/s) until (distance to ego) < 26 m
+    while (distance from self to ego) > 26 m:
+        wait
     do WalkForwardBehavior(3 m/s)
 child = new Pedestrian at (5.5, -6.5), facing 90 deg, with speed 0 m/s, with behavior Runs(),
     with regionContainedIn None
