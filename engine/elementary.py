@@ -1,9 +1,9 @@
 """The elementary functions of this machine, and a name for how they round.
 
 Kernels and roads call sin, exp and others of the mathematical library (libm). These are accurate to about one unit in
-the last place, and their last bit depends on the system, on the version of the library, and with glibc on the processor:
-it has code of its own for those with fused multiply-add, which differs at one argument in 2,000. A run is the same, bit
-for bit, wherever all functions round alike.
+the last place, and their last bit depends on the system, on the version of the library, and with glibc on the
+processor: it has code of its own for those with fused multiply-add, which differs at one argument in 2,000. A run is
+the same, bit for bit, wherever all functions round alike.
 """
 
 import math
