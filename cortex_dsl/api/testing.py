@@ -11,9 +11,10 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.api.file_check import SEED_LIMIT, GatePlan, OnRuns, Prepare, check_file
+from cortex_dsl.api.file_check import GatePlan, check_file
 from cortex_dsl.api.limits import BUDGET, bound_of, budget_of, probability_of
 from cortex_dsl.api.scenario_files import ScenarioFile, scenario_files
+from cortex_dsl.api.seeded_runs import OnRuns, Prepare, check_seed
 from cortex_dsl.report.findings.gate_report import FileResult, GateReport, Kind
 from engine.driving.named import driver_of
 from engine.errors import ArgumentError
@@ -89,8 +90,7 @@ def run_plan(
         ControllerError: the driver cannot be asked.
         WorkersLostError: a worker process was killed.
     """
-    if not 0 <= plan.seed <= SEED_LIMIT:
-        raise ArgumentError(f"--seed is {plan.seed}", f"give a number from 0 to {SEED_LIMIT:,}")
+    check_seed(plan.seed)
     started, results = time.monotonic(), list[FileResult]()
     is_whole = False
     with suppress(KeyboardInterrupt):  # the results of finished files are not lost
