@@ -111,7 +111,7 @@ def end_numbers(program: Program, outcomes: Outcomes, row: int) -> tuple[str, tu
     return event, numbers
 
 
-def no_run_text(program: Program, last: int) -> str:
+def no_run_text(program: Program, last: Verdict) -> str:
     """Return the reason why no run counts, from the verdict of the last one."""
     from engine.feasibility import remembered
 

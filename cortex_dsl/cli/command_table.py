@@ -137,6 +137,13 @@ def _test() -> Command:
     return TEST
 
 
+@_subcommand("compare", "two drivers on the same scenes: what got worse?", "A B FILES")
+def _compare() -> Command:
+    from cortex_dsl.cli.compare import COMPARE
+
+    return COMPARE
+
+
 @_subcommand("study", "many runs of several methods, compared run by run", "[FILES]")
 def _study() -> Command:
     from cortex_dsl.cli.study import STUDY

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from engine.kernels.fault import STANDING
+from engine.outcomes import Assessment
 from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import KMH, SECTORS, sector
 from engine.tables import Bools, Floats, Ints
@@ -116,7 +117,11 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
 
 def codes(evaluations: Evaluations, blame: Ints) -> Ints:
     """Return (n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
-    runs = evaluations.rollouts
+    return codes_of(evaluations.rollouts, blame)
+
+
+def codes_of(runs: Assessment, blame: Ints) -> Ints:
+    """Return (…, 6) the kind of runs (…), in the order of `Kind`'s fields."""
     ego, other = (
         np.searchsorted(EDGES, np.abs(np.nan_to_num(speed)), side="right")
         for speed in (runs.ego_speed, runs.other_speed)
