@@ -6,7 +6,7 @@
                 unpaired test needs?
     coverage    does the 95 % interval of the difference hold the true difference in 95 % of 1,000 comparisons?
 
-`--truth N` adds the share of plain pairs in which one of both drivers breaks a condition, from as many pairs as show 100
+`--truth N` adds the share of plain pairs in which one of both drivers breaks a condition: of as many pairs as show 100
 of them, at most N.
 """
 
@@ -353,7 +353,7 @@ def _sentence(name: str, answer: Any) -> str:
             return f"{paired}, {100.0 * answer.unpaired:.0f} % of unpaired tests of {TIMES} times as many runs"
     found = sum(each.found for each in answer)
     drawn = sum(bool(each.drawn) for each in answer)
-    head = f"{found} of {len(answer)} found, {drawn} of them by pairs alone; share of plain pairs, pairs, scenes that differ:"
+    head = f"{found} of {len(answer)} found, {drawn} by pairs alone; share of plain pairs, pairs, scenes that differ:"
     return "\n".join((head, *map(_line, answer)))
 
 

@@ -6,6 +6,7 @@ from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.page.markup import Element, element, folded, page, prose, top_bar
 from cortex_dsl.report.page.render import nodes
 from cortex_dsl.report.views.comparison import file_view
+from engine.search.store import without_folders
 from engine.strict_json import plain
 
 SHOWN = 20
@@ -28,7 +29,12 @@ def comparison_page(report: ComparisonReport) -> str:
         top_bar([("#verdict", "Verdict"), *links[:6], ("#again", "Reproduce it")]),
         element("main", _hero(report), sections, nodes(_again(report), 1), _footer()),
     ]
-    return page(f"{report.a} against {report.b}", body, {"compare": plain(comparison_content(report))}, ("page.js",))
+    return page(
+        f"{_name(report.a)} against {_name(report.b)}",
+        body,
+        {"compare": plain(comparison_content(report))},
+        ("page.js",),
+    )
 
 
 def _hero(report: ComparisonReport) -> Element:
@@ -45,13 +51,18 @@ def _hero(report: ComparisonReport) -> Element:
             element("p", prose(f"{text}; there is no paired test."), class_="caution")
             for text in report.not_deterministic
         ],
-        element("p", "A: ", element("code", report.a), class_="description"),
-        element("p", "B: ", element("code", report.b), class_="description"),
+        element("p", "A: ", element("code", _name(report.a)), class_="description"),
+        element("p", "B: ", element("code", _name(report.b)), class_="description"),
         element("p", f"{report.headline}.", class_="headline", id="verdict"),
         folded("What this does not show", element("ul", [element("li", text) for text in LIMITS])),
         nodes(Facts(tiles, tiles=True)),
         class_="hero",
     )
+
+
+def _name(word: str) -> str:
+    """Return the name of a side without the folders of this computer."""
+    return without_folders(word)
 
 
 def _again(report: ComparisonReport) -> Title:

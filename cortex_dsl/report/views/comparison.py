@@ -154,8 +154,14 @@ def _below(file: FileComparison) -> Iterator[Block]:
 
 
 def _changes(found: Sequence[FoundChange], shown: int, *, whole: bool) -> Iterator[Block]:
-    for each in found[:shown]:
+    """Yield the first kinds; a page folds those without drawings."""
+    is_folded = [whole and not each.drawings for each in found[:shown]]
+    for each in found[: is_folded.index(True) if True in is_folded else shown]:
         yield from _change(each, whole=whole)
+    if any(is_folded):
+        folded = found[is_folded.index(True) : shown]
+        blocks = [block for each in folded for block in _change(each, whole=whole)]
+        yield Title(counted(len(folded), "further kind"), blocks, folded=True)
     if rest := found[shown:]:
         yield Note(
             f"and {counted(len(rest), 'kind')} more, {counted(sum(each.count for each in rest), 'pair')}", "quiet"
@@ -164,8 +170,8 @@ def _changes(found: Sequence[FoundChange], shown: int, *, whole: bool) -> Iterat
 
 def _change(found: FoundChange, *, whole: bool) -> Iterator[Block]:
     """Yield the kind, both runs side by side, and the commands that repeat them."""
+    yield Note((Value(found.kind, "title"), Value(f": {counted(found.count, 'pair')}", "quiet")), apart=True)
     example = found.example
-    yield Note((Value(f"{found.count:,} ×  ", "quiet"), Value(found.kind, STYLES[found.change])), apart=True)
     seed = "" if example.seed is None else f", seed {example.seed}"
     rows: list[Sequence[Words]] = [
         (Value(f"pair {example.number:,}{seed}", "quiet"), Value("A", "title"), Value("B", "title")),
