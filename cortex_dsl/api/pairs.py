@@ -32,7 +32,7 @@ from engine.risk import PROFILES, assess
 from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.evaluator import assessment
-from engine.search.insight.kinds import codes_of, kind_of
+from engine.search.insight.kinds import codes, kind_of
 from engine.streams import format_key
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, Column, Sense, Verdict
@@ -63,7 +63,7 @@ class Judged:
     values: Floats
     """(n, conditions) Robustness of each `expect`, negative if it is broken; of contacts minus the continuous risk."""
     codes: Ints
-    """(n, 6) Kind of each contact (`codes_of`)."""
+    """(n, 6) Kind of each contact (`engine.search.insight.kinds.codes`)."""
 
     @property
     def outcomes(self) -> Outcomes:
@@ -155,7 +155,7 @@ class Pairing:
         )
         danger = -np.nan_to_num(runs.continuous)[:, np.newaxis]
         values = np.concatenate([outcomes.sought[:, columns], danger, danger], 1)
-        return Judged(done, runs, said, broken, values, codes_of(runs, said))
+        return Judged(done, runs, said, broken, values, codes(runs, said))
 
     def driven_otherwise(self, block: PairBlock) -> tuple[int, int]:
         """Return the number of scenes that A and B drive otherwise if they drive them again."""

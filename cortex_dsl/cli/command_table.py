@@ -66,7 +66,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     if request.compile.freeze is not None:
         from cortex_dsl.console.compiling import freeze_params
 
-        request = replace(request, compile=freeze_params(request.compile))
+        request = replace(request, compile=freeze_params(request.compile, terminal))
     return MODES[request.mode](request, terminal)
 
 
@@ -137,7 +137,7 @@ def _test() -> Command:
     return TEST
 
 
-@_subcommand("compare", "two drivers on the same scenes: what got worse?", "A B FILES")
+@_subcommand("compare", "two drivers on the same scenes: is B worse than A?", "A B")
 def _compare() -> Command:
     from cortex_dsl.cli.compare import COMPARE
 
@@ -179,7 +179,7 @@ def _probability() -> Command:
     return PROBABILITY
 
 
-@_subcommand("verify", "check the journal; repeat worst cases with tyre slip", "RUN")
+@_subcommand("verify", "check the journal; repeat worst cases with tyre slip", "RUN", first_page=False)
 def _verify() -> Command:
     from cortex_dsl.cli.verify import VERIFY
 
@@ -251,7 +251,8 @@ def _perform(options: Namespace, terminal: Terminal) -> int:
 
 FILE = Command(
     name="",
-    usage="FILE [--ga] [--random] [--method NAME] [options]\nFILE [--sample N | --check | --emit STAGE] [options]",
+    usage="FILE [--search | --ga | --random | --method NAME] [options]\n"
+    "FILE [--sample N | --check | --emit STAGE] [options]",
     description=_description(all_rows=True),
     options=OPTIONS,
     function=_perform,
@@ -279,7 +280,8 @@ _FLAGS: Mapping[str, str] = MappingProxyType(
     {
         **dict.fromkeys(("run", "simulate", "sim", "start"), ""),
         **dict.fromkeys(("check", "lint", "validate", "compile"), "--check"),
-        **dict.fromkeys(("ga", "search", "hunt", "fuzz"), "--ga"),
+        **dict.fromkeys(("search", "hunt", "fuzz"), "--search"),
+        "ga": "--ga",
         "random": "--random",
         "sample": "--sample 10000",
         "emit": "--emit ast",

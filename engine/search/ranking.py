@@ -130,7 +130,7 @@ def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints)
 
 def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> Ints:
     """Return up to `count` rows in their order: the first, then one of each partner, then of each kind."""
-    kind = codes(evaluations, blame)[pool, evaluations.worst_rollout[pool]]
+    kind = codes(evaluations.rollouts, blame)[pool, evaluations.worst_rollout[pool]]
     if count >= len(pool):
         return pool
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")

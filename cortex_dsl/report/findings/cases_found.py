@@ -137,7 +137,7 @@ def kinds_of_cases(
 ) -> list[tuple[FoundKind, Case]]:
     """Return each kind of collision among the cases with the first of its cases, avoidable kinds first."""
     unseen = {each.kind: each for each in kinds}
-    every = codes(evaluations, blame) if cases else None
+    every = codes(evaluations.rollouts, blame) if cases else None
     shown = []
     for case in cases:
         if every is not None and case.collided:

@@ -18,6 +18,7 @@ from engine.kernels.fault import STANDING
 from engine.outcomes import Assessment
 from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import KMH, SECTORS, sector
+from engine.search.probability.unseen import NO_KIND
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, Side, Verdict
 
@@ -115,13 +116,8 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
     return said
 
 
-def codes(evaluations: Evaluations, blame: Ints) -> Ints:
-    """Return (n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
-    return codes_of(evaluations.rollouts, blame)
-
-
-def codes_of(runs: Assessment, blame: Ints) -> Ints:
-    """Return (…, 6) the kind of runs (…), in the order of `Kind`'s fields."""
+def codes(runs: Assessment, blame: Ints) -> Ints:
+    """Return (…, 6) the kind of every run, in the order of `Kind`'s fields; `blame` has the shape of the runs."""
     ego, other = (
         np.searchsorted(EDGES, np.abs(np.nan_to_num(speed)), side="right")
         for speed in (runs.ego_speed, runs.other_speed)
@@ -129,10 +125,17 @@ def codes_of(runs: Assessment, blame: Ints) -> Ints:
     return np.stack([runs.pair, runs.side, sector(runs.approach_angle), ego, other, blame], axis=-1)
 
 
+def codes_of_draws(runs: Assessment, failed: Bools) -> Ints:
+    """Return (valid runs, 6) the kinds of the valid runs, without a verdict; `NO_KIND` for one that did not fail."""
+    valid = runs.verdict == Verdict.VALID
+    every = codes(runs, np.full(len(valid), int(Blame.NONE), dtype=np.int32))
+    return np.where(failed[:, np.newaxis], every, NO_KIND)[valid].astype(np.int16)
+
+
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
     """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
     rows, rollouts = np.nonzero(collisions_of(evaluations))
-    every = codes(evaluations, blame)[rows, rollouts]
+    every = codes(evaluations.rollouts, blame)[rows, rollouts]
     found, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
     made = [
         FoundKind(kind_of(*code), int(count), int(rows[at]), int(rollouts[at]))
