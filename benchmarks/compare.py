@@ -34,6 +34,8 @@ FOLLOW = "FollowTrajectoryBehavior({speed}, {way})"
 BRAKE = f"EmergencyBrakeBehavior({FOLLOW})"
 STRAIGHT = f"EmergencyBrakeBehavior({FOLLOW}, foresees=False)"
 IDM = "CarFollowingBehavior({speed}, {way})"
+NEAR_IDM = """EmergencyBrakeBehavior(CarFollowingBehavior({speed}, time_headway=0.8 s, max_acceleration=3 m/s^2,
+    comfortable_deceleration=4 m/s^2), brake=0.6, foresees=False)"""
 GAPS = "GapAcceptanceBehavior({speed}, {way})"
 CAREFUL = f"CarefulDriverBehavior({FOLLOW})"
 FUZZY = f"FuzzySafetyBehavior({FOLLOW})"
@@ -130,7 +132,7 @@ MUTANTS = (
     Mutant("constant", "B", BRAKE, f"EmergencyBrakeBehavior({FOLLOW}, delay=1 s)"),
     Mutant("constant", "C", CAREFUL, f"CarefulDriverBehavior({FOLLOW}, delay=1 s)"),
     Mutant("constant", "D", GAPS, "GapAcceptanceBehavior({speed}, {way}, critical_gap=3.5 s)"),
-    Mutant("constant", "leader_brakes", IDM, "CarFollowingBehavior({speed}, time_headway=1 s)"),
+    Mutant("constant", "leader_brakes", NEAR_IDM, NEAR_IDM.replace("brake=0.6", "brake=0.4")),
     Mutant("constant", "E", RSS, f"RSSBehavior({FOLLOW}, response=0.3 s)"),
     _signed("A", STRAIGHT),
     _signed("B", CAREFUL),

@@ -33,7 +33,7 @@ from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.evaluator import assessment
 from engine.search.insight.kinds import codes, kind_of
-from engine.streams import format_key
+from engine.streams import format_key, format_keys
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, Column, Sense, Verdict
 
@@ -421,7 +421,7 @@ def _columns(pairing: Pairing, block: PairBlock, changes: Sequence[Change | None
     columns: dict[str, list[Any]] = {
         "pair": block.numbers.tolist(),
         "seed": seeds,
-        "key": [format_key(key) for key in scenes.keys],
+        "key": format_keys(scenes.keys),
         **{
             f"param_{name}": scenes.genomes[:, gene].tolist() for gene, name in enumerate(pairing.a.program.space.names)
         },

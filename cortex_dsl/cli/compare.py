@@ -44,10 +44,10 @@ def _compare(options: argparse.Namespace, terminal: Terminal) -> int:
 
             prepare = compiling(progress, terminal)
             report = run_comparison(files, plan, on_file, progress.on_runs, prepare)
-        written = {} if options.out is None else comparison_files(report, options.table)
-    for name, content in written.items():
-        path = options.out / name
-        place_files(path.parent, {path.name: content}, force=True)
+        if options.out is not None:
+            for name, content in comparison_files(report, options.table).items():
+                path: Path = options.out / name
+                place_files(path.parent, {path.name: content}, force=True)
     _show(report, options, terminal)
     return _exit_code(report)
 
