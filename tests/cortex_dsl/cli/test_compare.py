@@ -354,6 +354,15 @@ def test_a_driver_that_never_drives(home: Path, cortexc: Run) -> None:
     assert found.document["files"][0]["valid"] == 0
 
 
+def test_what_a_driver_does_not_observe(home: Path, cortexc: Run) -> None:
+    """A driver that observes the four nearest is told of the others, for each side."""
+    more = "".join(f"car{k} = new Car ahead of truck by {10 * k + 10} m\n" for k in range(5))
+    (home / "many.scn").write_text(version(more, driver=OUTSIDE, time=0.2).replace("(25, 45)", "(5, 6)"))
+    words = "compare", driver("coasts"), "CarFollowingBehavior", "many.scn", "--budget", 3, "--json", "--jobs", 1
+    remarks = cortexc(*words).document["files"][0]["remarks"]
+    assert remarks == ["the driver of A does not observe 2 of 6 other actors: the 4 nearest are observed"]
+
+
 # -- budgets and interruptions -----------------------------------------------------------------------------------------
 
 
@@ -452,6 +461,10 @@ BAD = {
     "empty folder": ((driver("coasts"), driver("brakes"), "empty"), "there is no scenario below `empty`"),
     "no run": (("empty", "empty"), "there is no journal in `empty`"),
     "not driven from outside": ((driver("coasts"), driver("brakes"), "own.scn"), "has `ExternalBehavior`"),
+    "two controllers": (
+        ("CarFollowingBehavior", driver("coasts"), "two.scn"),
+        "`truck` in two.scn would have no driver",
+    ),
     "does not compile": (("FollowTrajectoryBehavior(3 kg, way)", driver("coasts"), "out.scn"), "cannot drive in"),
     "nobody drives": (("out.scn", "out.scn"), "nobody drives for `ego`"),
     "budget": ((driver("coasts"), driver("brakes"), "out.scn", "--budget", "0"), "--budget is `0`"),
@@ -477,6 +490,8 @@ def test_bad_input(name: str, home: Path, cortexc: Run) -> None:
     (home / "full").mkdir()
     (home / "full" / "a.txt").write_text("mine")
     (home / "own.scn").write_text(version())
+    two = "truck = new Truck ahead of ego by GAP"
+    (home / "two.scn").write_text(version(driver=OUTSIDE).replace(two, f"{two}, with behavior ExternalBehavior()"))
     found = cortexc("compare", *words)
     assert found.code == Exit.USAGE
     assert message in f"{found.said} {' '.join(found.out.split())}"
