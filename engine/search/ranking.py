@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.search.evaluations import Evaluations, is_aimed
-from engine.search.insight.kinds import codes
+from engine.search.evaluations import Evaluations, different_rows, is_aimed
+from engine.search.insight.kinds import codes, numbered
 from engine.streams import StreamKey
 from engine.tables import Floats, Ints
 from engine.vocabulary import Blame, Verdict
@@ -141,14 +141,12 @@ def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> I
 
 def _firsts(codes: Ints) -> Ints:
     """Return the rows that differ from all earlier rows, in their order."""
-    return np.sort(np.unique(codes, axis=0, return_index=True)[1])
+    return np.sort(np.unique(numbered(codes), return_index=True)[1])
 
 
 def _different(evaluations: Evaluations, rows: Ints) -> Ints:
     """Return the rows without those with an earlier genome."""
-    seen: set[bytes] = set()
-    new = [genome not in seen and not seen.add(genome) for genome in map(bytes, evaluations.genomes[rows])]
-    return rows[np.array(new, dtype=bool)]
+    return rows[different_rows(evaluations.genomes[rows])]
 
 
 def _case(evaluations: Evaluations, row: int, rollout: int, rank: int) -> Case:

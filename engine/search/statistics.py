@@ -19,6 +19,11 @@ class Interval(NamedTuple):
     high: float
 
 
+def spread_evenly(count: int, most: int) -> Ints:
+    """Return at most `most` of the numbers below `count`, in their order and evenly spread; all if they are fewer."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64)) if count else np.zeros(0, np.int64)
+
+
 def midranks(values: ArrayLike) -> Floats:
     """Return (n,) ranks from 1; ties share the mean of their ranks."""
     array = np.asarray(values, dtype=np.float64)

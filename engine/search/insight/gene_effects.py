@@ -20,7 +20,7 @@ from engine.outcomes import Assessment
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.ranking import order_of_risk
-from engine.search.statistics import Interval, spearman
+from engine.search.statistics import Interval, spearman, spread_evenly
 from engine.streams import StreamKey
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
@@ -110,7 +110,7 @@ def _central_range(values: Floats) -> Interval:
 def probe_genes(box: Box, evaluations: Evaluations, evaluate: Evaluate, count: int) -> Probes | None:
     """Move each gene alone in up to `count` valid cases; None where there is no case or no gene."""
     rows = np.flatnonzero(evaluations.valid & evaluations.simulated)
-    rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(count, len(rows))).astype(np.int64))] if len(rows) else rows
+    rows = rows[spread_evenly(len(rows), count)]
     if not (len(rows) and len(box)):
         return None
     chosen = take(evaluations, rows)

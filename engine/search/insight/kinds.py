@@ -128,12 +128,21 @@ def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
     """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
     rows, rollouts = np.nonzero(collisions_of(evaluations))
     every = codes(evaluations, blame)[rows, rollouts]
-    found, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
+    _, first, counts = np.unique(numbered(every), return_index=True, return_counts=True)
     made = [
         FoundKind(kind_of(*code), int(count), int(rows[at]), int(rollouts[at]))
-        for code, at, count in zip(found.tolist(), first.tolist(), counts.tolist(), strict=True)
+        for code, at, count in zip(every[first].tolist(), first.tolist(), counts.tolist(), strict=True)
     ]
     return tuple(sorted(made, key=lambda each: (each.kind.blame != Blame.AVOIDABLE, -each.count, each.row)))
+
+
+def numbered(codes: Ints) -> Ints:
+    """Return (n,) a number for each row of whole numbers (n, m) from small ranges, in the order of the rows."""
+    number = np.zeros(len(codes), dtype=np.int64)
+    for column in codes.T:
+        least = int(column.min(initial=0))
+        number = number * (int(column.max(initial=0)) - least + 1) + (column - least)
+    return number
 
 
 def kind_of(pair: int, side: int, direction: int, ego: int, other: int, blame: int) -> Kind:
