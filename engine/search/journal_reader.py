@@ -20,7 +20,6 @@ from engine.search.chain import (
     Array,
     actions_digest,
     broken_parts,
-    last_link,
     link,
     numbers,
     verdicts_of,
@@ -226,26 +225,26 @@ def _record(connection: sqlite3.Connection) -> Record:
         actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in stored},
         seal=connection.execute("SELECT seal FROM status").fetchone()[0] if proved else b"",
         links=links,
-        blame=_blame(connection, evaluations) if proved else None,
+        blame=_blame(connection, evaluations, links) if proved else None,
         proved=proved,
     )
 
 
-def _blame(connection: sqlite3.Connection, evaluations: Evaluations) -> Ints | None:
-    """Return the stored verdicts on collisions; None if there are none, or none for the last generation.
+def _blame(connection: sqlite3.Connection, evaluations: Evaluations, links: Sequence[str]) -> Ints | None:
+    """Return the stored verdicts on collisions; None if there are none, or none for the last of the `links`.
 
     Raises:
         BrokenChainError: they are not what was written.
     """
     if not _has_table(connection, "blame"):
         return None
-    row = connection.execute("SELECT link, verdicts, digest FROM blame").fetchone()
-    if row is None or row[0] != last_link(connection):
+    rows = connection.execute("SELECT link, verdicts, digest FROM blame").fetchall()
+    verdicts = verdicts_of(rows[0]) if len(rows) == 1 else None
+    if verdicts is None or (at := rows[0][0].hex()) not in links:
+        raise BrokenChainError("`blame` is not what was written")
+    if at != links[-1]:
         return None
     hit, said = collisions_of(evaluations), np.full(evaluations.rollouts.verdict.shape, int(Blame.NONE), dtype=np.int32)
-    verdicts = verdicts_of(row)
-    if verdicts is None or len(verdicts) != hit.sum():
-        raise BrokenChainError("`blame` is not what was written")
     said[hit] = verdicts
     return said
 

@@ -133,6 +133,8 @@ class _Others(Sequence[int]):
         return self.numbers - len(self.before)
 
     def __getitem__(self, place: Any) -> Any:
+        if not 0 <= place < len(self):
+            raise IndexError(place)
         return place + bisect_right(self.before, place)
 
 
