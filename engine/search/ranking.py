@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.search.evaluations import Evaluations, different_rows, is_aimed
+from engine.search.evaluations import Evaluations, is_aimed
 from engine.search.insight.kinds import codes, numbered
 from engine.streams import StreamKey
 from engine.tables import Floats, Ints
@@ -130,12 +130,12 @@ def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints)
 
 def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> Ints:
     """Return up to `count` rows in their order: the first, then one of each partner, then of each kind."""
-    kind = codes(evaluations, blame)[pool, evaluations.worst_rollout[pool]]
     if count >= len(pool):
         return pool
+    kind = codes(evaluations, blame, pool, evaluations.worst_rollout[pool])
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
     partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))
-    turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(len(pool))])
+    turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(count)])
     return pool[sorted(list(turns)[:count])]
 
 
@@ -146,7 +146,10 @@ def _firsts(codes: Ints) -> Ints:
 
 def _different(evaluations: Evaluations, rows: Ints) -> Ints:
     """Return the rows without those with an earlier genome."""
-    return rows[different_rows(evaluations.genomes[rows])]
+    alike, places = evaluations.first_alike[rows], np.arange(len(rows))
+    first = np.empty(len(evaluations), dtype=np.int64)
+    first[alike[::-1]] = places[::-1]  # of equal indices the last one counts, here the earliest place
+    return rows[first[alike] == places]
 
 
 def _case(evaluations: Evaluations, row: int, rollout: int, rank: int) -> Case:

@@ -114,20 +114,20 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
     return said
 
 
-def codes(evaluations: Evaluations, blame: Ints) -> Ints:
-    """Return (n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
-    runs = evaluations.rollouts
+def codes(evaluations: Evaluations, blame: Ints, rows: Ints, rollouts: Ints) -> Ints:
+    """Return (m, 6) the kinds of these rollouts of these rows, in the order of `Kind`'s fields."""
+    runs, at = evaluations.rollouts, (rows, rollouts)
     ego, other = (
-        np.searchsorted(EDGES, np.abs(np.nan_to_num(speed)), side="right")
+        np.searchsorted(EDGES, np.abs(np.nan_to_num(speed[at])), side="right")
         for speed in (runs.ego_speed, runs.other_speed)
     )
-    return np.stack([runs.pair, runs.side, sector(runs.approach_angle), ego, other, blame], axis=-1)
+    return np.stack([runs.pair[at], runs.side[at], sector(runs.approach_angle[at]), ego, other, blame[at]], axis=-1)
 
 
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
     """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
     rows, rollouts = np.nonzero(collisions_of(evaluations))
-    every = codes(evaluations, blame)[rows, rollouts]
+    every = codes(evaluations, blame, rows, rollouts)
     _, first, counts = np.unique(numbered(every), return_index=True, return_counts=True)
     made = [
         FoundKind(kind_of(*code), int(count), int(rows[at]), int(rollouts[at]))
