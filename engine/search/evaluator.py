@@ -66,9 +66,9 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
 def _pruner(program: Program, config: Config) -> "Pruner | None":
     if not config.simulation.prune:
         return None
-    from engine.feasibility.pruning import pruner
+    from engine.feasibility.pruning import pruner_that_pays
 
-    return pruner(program)
+    return pruner_that_pays(program)
 
 
 def make_blaming(program: Program, config: Config) -> Blaming:
