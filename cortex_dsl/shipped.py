@@ -8,8 +8,9 @@ from importlib.resources.abc import Traversable
 from cortex_dsl.installation import resource
 
 SUFFIX = ".scn"
-FOLDERS = ("examples", "examples/roads", "examples/own_driver")
-"""Folders in the order of the list: case studies of the paper, roads that are no grid, a driver of one's own."""
+FOLDERS = ("examples", "examples/roads", "examples/own_driver", "examples/paper")
+"""Folders in the order of the list: case studies of the paper, roads that are no grid, a driver of one's own, and the
+case studies once more with validity that depends on several params."""
 
 
 @dataclass(frozen=True)

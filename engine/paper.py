@@ -8,7 +8,7 @@ to the printed one. Claims of the paper are separate from inferences: rows that 
 assumption, such as that MDG counts a collision as 0 m. If an assumption is wrong, all of its rows fail together.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 
@@ -23,7 +23,11 @@ FILES = (
     "right_into_crossing",
     "three_way_left",
 )
-"""Files of the same scenarios among the examples."""
+"""Files of the same scenarios among the examples; those under `examples/paper` have the letters as names."""
+GENES: frozenset[str] = frozenset(
+    ("EGO_INIT_DIST", "EGO_SPEED", "EGO_BRAKE", "ADV_INIT_DIST", "ADV_SPEED", "SAFETY_DIST", "CRASH_DIST")
+)
+"""Params of each scenario."""
 GENERATIONS, POPULATION = 30, 100
 INDIVIDUALS = GENERATIONS * POPULATION
 """Number of individuals of one method in one scenario."""
@@ -120,6 +124,16 @@ STUDIES = (
         "RL, NC, MD",
     ),
 )
+
+
+def place_of(name: str, params: Iterable[str]) -> int | None:
+    """Return the place of a scenario among A to F by the name of its file and its params; None if it is none of them.
+
+    The params are compared as well, since a file of a user may have the same name.
+    """
+    found = [names.index(name) for names in (FILES, SCENARIOS) if name in names]
+    return found[0] if found and frozenset(params) == GENES else None
+
 
 # -- what its arithmetic says ------------------------------------------------------------------------------------------
 

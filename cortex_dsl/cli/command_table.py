@@ -66,7 +66,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     if request.compile.freeze is not None:
         from cortex_dsl.console.compiling import freeze_params
 
-        request = replace(request, compile=freeze_params(request.compile))
+        request = replace(request, compile=freeze_params(request.compile, terminal))
     return MODES[request.mode](request, terminal)
 
 
@@ -244,7 +244,8 @@ def _perform(options: Namespace, terminal: Terminal) -> int:
 
 FILE = Command(
     name="",
-    usage="FILE [--ga] [--random] [--method NAME] [options]\nFILE [--sample N | --check | --emit STAGE] [options]",
+    usage="FILE [--search | --ga | --random | --method NAME] [options]\n"
+    "FILE [--sample N | --check | --emit STAGE] [options]",
     description=_description(all_rows=True),
     options=OPTIONS,
     function=_perform,
@@ -272,7 +273,8 @@ _FLAGS: Mapping[str, str] = MappingProxyType(
     {
         **dict.fromkeys(("run", "simulate", "sim", "start"), ""),
         **dict.fromkeys(("check", "lint", "validate", "compile"), "--check"),
-        **dict.fromkeys(("ga", "search", "hunt", "fuzz"), "--ga"),
+        **dict.fromkeys(("search", "hunt", "fuzz"), "--search"),
+        "ga": "--ga",
         "random": "--random",
         "sample": "--sample 10000",
         "emit": "--emit ast",

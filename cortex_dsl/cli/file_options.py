@@ -29,6 +29,7 @@ from cortex_dsl.console.command import (
     Option,
 )
 from cortex_dsl.console.request import (
+    OF_SYSTEM,
     CompileRequest,
     Mode,
     Request,
@@ -46,8 +47,8 @@ DESCRIPTION = """\
 cortexc finds failures of a driver in traffic scenarios written as text.
 
   cortexc FILE             draw one scene, run it, show what happened
-  cortexc FILE --ga        search for failures of the driver in FILE
-  cortexc FILE --ga --ego python:MODULE:FUNCTION    of a driver of your own
+  cortexc FILE --search    search for failures of the driver in FILE
+  cortexc FILE --search --ego python:MODULE:FUNCTION    of your own driver
 """
 
 EXAMPLES = """\
@@ -115,9 +116,25 @@ CHECKING = Condition("--check, which runs nothing", lambda options: options.choi
 EMITTING = Condition("--emit, which runs nothing", lambda options: options.choice == Mode.EMIT.value)
 GENETIC = Condition("the genetic algorithm", lambda options: "ga" in all_methods(options), "add --ga")
 
+BEST_FOR_TESTERS = ("failure_kinds",)
+"""Method that finds the most kinds of avoidable failures (benchmarks/README.md)."""
+
 TASK = (
+    Option(
+        "--search",
+        "search for many kinds of avoidable failures",
+        choice="search",
+        default=False,
+        implies={"methods": BEST_FOR_TESTERS, "objective": ("avoidable",), "freeze": OF_SYSTEM},
+    ),
     Option("--ga", "search with the genetic algorithm", choice="search", default=False),
-    Option("--random", "search at random; with --ga: both, side by side", choice="search", default=False),
+    Option(
+        "--random",
+        "search at random; with --ga: both, side by side",
+        choice="search",
+        default=False,
+        first_page=False,
+    ),
     Option(
         "--method",
         "search by another method, or by several: niching,cmaes; `--method list` lists them all",
@@ -258,10 +275,10 @@ OPTIONS = (
     *_grouped(SCENES, COMPILING),
     *_grouped(SCENES, RUNNING, (CHECKING, EMITTING)),
     *_grouped(
-        "search (with --ga, --random or --method)",
+        "search (with --search, --ga, --random or --method)",
         SEARCH,
         (SINGLE_RUN, SAMPLING, CHECKING, EMITTING),
-        "add --ga, --random or --method NAME to search",
+        "add --search, --ga, --random or --method NAME to search",
     ),
     *_grouped("output", OUTPUT),
 )

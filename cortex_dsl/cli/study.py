@@ -51,6 +51,9 @@ compare the methods run by run.
 
   cortexc study                   the paper's case study: its six scenarios,
                                   the genetic algorithm against random search
+  cortexc study --as-paper        the same with the preset and the number of
+                                  runs of the paper, and with scenarios whose
+                                  validity depends on several genes at once
   cortexc study a.scn b.scn --methods random,ga,niching --runs 30
   cortexc study --resume runs/study-6x2x30-001
                                   continue a study that was stopped or killed"""
@@ -91,6 +94,12 @@ OPTIONS = (
         Option("--methods", "methods, separated by commas, or `all`", "LIST", _methods, default=METHODS),
         replace(GENERATIONS, help="generations of each run"),
         POPULATION,
+        Option(
+            "--as-paper",
+            "the paper's preset, one run, and the files of examples/paper unless others are named",
+            default=False,
+            implies={"runs": 1, "preset": "cortex-literal"},
+        ),
         replace(SEED, help="seed of the first scenario; each further one has the next number", default=0),
     ),
     replace(JOBS, help="processes, each with a whole run; results never depend on it"),
@@ -115,7 +124,7 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
     from engine.search.searchers import PluginError, SeveralObjectivesError, UnknownMethodError
     from engine.study.plan import Plan, check, with_own_seeds
 
-    files = _unfolded(options.files) or _the_six(terminal)
+    files = _unfolded(options.files) or _the_six(options.as_paper, terminal)
     subjects: list[Subject] = []
     for file, name in zip(files, short_names(files), strict=True):
         subject = _subject(file, name, options, terminal)
@@ -151,11 +160,12 @@ def _unfolded(paths: Sequence[Path]) -> list[Path]:
     return list(dict.fromkeys(files))
 
 
-def _the_six(terminal: Terminal) -> list[Path]:
+def _the_six(as_paper: bool, terminal: Terminal) -> list[Path]:
     """Return the paper's scenarios, which are installed with this program, and print a note."""
-    from engine.paper import FILES
+    from engine.paper import FILES, SCENARIOS
 
-    files = [Path(str(resource(f"examples/{name}.scn"))) for name in FILES]
+    names = [f"paper/{letter}" for letter in SCENARIOS] if as_paper else FILES
+    files = [Path(str(resource(f"examples/{name}.scn"))) for name in names]
     if not all(file.is_file() for file in files):
         raise UsageError("the six examples are not installed here", "name one or more scenario files")
     here = Path.cwd()

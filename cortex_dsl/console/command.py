@@ -9,7 +9,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from pathlib import Path
 from shlex import join
 from typing import Any, NoReturn
@@ -125,6 +125,8 @@ class Option:
     """Value of an option that is not given, set after all relations were checked."""
     name: str = ""
     """Attribute of the parsed options, and field of a request; "": the flag without dashes."""
+    implies: Mapping[str, Any] = field(default_factory=dict)
+    """Defaults of other options if this one is given, by their attributes."""
     nargs: str | None = None
     """Number of values, as in `argparse`."""
     const: Any = True
@@ -247,9 +249,10 @@ def settle(rows: Sequence[Option], options: argparse.Namespace) -> argparse.Name
     known = {row.dest: row for row in rows}
     for row in given.values():
         _check_effect(row, known, given, options)
+    implied = {name: value for row in given.values() for name, value in row.implies.items()}
     for row in rows:
         if row.dest not in given:
-            setattr(options, row.dest, row.default)
+            setattr(options, row.dest, implied.get(row.dest, row.default))
     return options
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.console.request import CompileRequest
+from cortex_dsl.console.request import OF_SYSTEM, CompileRequest
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
@@ -97,7 +97,7 @@ def write_diagnostics(source: Source, terminal: Terminal, feasibility: Mapping[s
 # -- `--freeze`: the params of the system under test are held fixed, so that no search wins by switching brakes off ----
 
 
-def freeze_params(request: CompileRequest) -> CompileRequest:
+def freeze_params(request: CompileRequest, terminal: Terminal) -> CompileRequest:
     """The request with a value for each param to freeze that has none: the middle of its range, or its middle option.
 
     Raises:
@@ -112,8 +112,11 @@ def freeze_params(request: CompileRequest) -> CompileRequest:
     except CompileError:
         return request  # the command itself reports why
     space = compiled.program.space
-    names = request.freeze or _of_system(space, request)
-    return replace(request, overrides={**request.overrides, **_middles(space, names, request.overrides)})
+    names = space.system if request.freeze == OF_SYSTEM else request.freeze or _of_system(space, request)
+    overrides = {**request.overrides, **_middles(space, names, request.overrides)}
+    if held := [f"{name}={overrides[name]}" for name in names if name in overrides]:
+        terminal.note(f"held: {', '.join(held)}; `-p NAME=VALUE` sets another value")
+    return replace(request, overrides=overrides)
 
 
 def _of_system(space: "ParamSpace", request: CompileRequest) -> tuple[str, ...]:

@@ -24,6 +24,10 @@ class Mode(Enum):
     EMIT = "emit"
 
 
+OF_SYSTEM = ("*",)
+"""Value of `freeze`: params that the file calls the system's, if it names any."""
+
+
 @frozen
 class CompileRequest:
     """File to compile, fixed params, and the form of the diagnostics."""
@@ -32,7 +36,7 @@ class CompileRequest:
     overrides: Mapping[str, str] = field(default_factory=dict)
     """The `-p NAME=VALUE` pairs; values are read by the rules of the language."""
     freeze: tuple[str, ...] | None = None
-    """Params to hold fixed; (): those that the file calls the system's."""
+    """Params to hold fixed; (): those that the file calls the system's; `OF_SYSTEM`: the same, or none."""
     scenario: str | None = None
     """Which of several scenarios to run; None: the file's own choice."""
     json: bool = False

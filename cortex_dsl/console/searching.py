@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.report.findings.readable import significant
+from cortex_dsl.report.findings.search_report import RANDOM
 from cortex_dsl.report.terminal.progress import SearchProgress
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
+from engine.search.insight.independent import DrawsSoFar
 from engine.search.journal_reader import Record
 from engine.search.protocol import DEFAULT_OBJECTIVES
 
@@ -27,8 +29,12 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
     """Show the progress of a search; `record` holds its earlier part."""
     before = [each.by_individual for each in record.generations] if record else []
     with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
+        draws = DrawsSoFar(method if method == RANDOM else "")
+        if record is not None:
+            draws.add(record.evaluations)
 
         def on_generation(done: Progress) -> None:
+            progress.rate = draws.add(done.evaluations)
             best = nan
             if done.best is not None:
                 best = done.best.score if done.objective == DEFAULT_OBJECTIVES else done.best.continuous

@@ -11,6 +11,7 @@ from types import MappingProxyType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.elementary import library
 from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
@@ -25,6 +26,8 @@ from engine.vocabulary import RECORDS
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Packages with versions that may change a result."""
+LIBM = "libm"
+"""Name of the mathematical library among the versions."""
 PYTHON = ".".join(map(str, sys.version_info[:3]))
 ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
 """Settings of a search that every manifest has; those that are newer than it have their defaults."""
@@ -252,7 +255,7 @@ def make_manifest(
         seed=config.search.seed,
         run=config.search.run,
         settings=_settings(config),
-        versions={"python": PYTHON, **_versions(method)},
+        versions=_versions(method),
         platform=f"{platform.system()} {platform.machine()}",
         command_line=tuple(command_line),
         parameters=_parameters(program),
@@ -289,7 +292,7 @@ def _parameters(program: Program) -> tuple[Parameter, ...]:
 
 def _versions(method: str) -> dict[str, str]:
     entry, plugin = SEARCHERS.get(method), distribution_of(method)
-    versions = dict([plugin] if plugin else ())
+    versions = {"python": PYTHON, LIBM: library(), **dict([plugin] if plugin else ())}
     for name in (*DISTRIBUTIONS, *([entry.package] if entry and entry.package else ())):
         try:
             versions[name] = version(name)
@@ -300,7 +303,7 @@ def _versions(method: str) -> dict[str, str]:
 
 def changed_versions(manifest: Manifest) -> list[str]:
     """Return names and versions at the start of the run of packages that now have another version: `numba 0.68.1`."""
-    now = {"python": PYTHON, **_versions(manifest.method)}
+    now = _versions(manifest.method)
     return [f"{name} {then}" for name, then in manifest.versions.items() if now.get(name) != then]
 
 

@@ -132,7 +132,7 @@ def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> I
     """Return up to `count` rows in their order: the first, then one of each partner, then of each kind."""
     if count >= len(pool):
         return pool
-    kind = codes(evaluations, blame, pool, evaluations.worst_rollout[pool])
+    kind = codes(evaluations.rollouts, blame, (pool, evaluations.worst_rollout[pool]))
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
     partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))
     turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(count)])

@@ -2,7 +2,8 @@
 
 In addition to comparisons there are two findings. The first compares the study's numbers with the paper's, scenario by
 scenario, if the study runs the paper's six scenarios with its two methods and its budget. The simulators differ (the
-paper's is Scenic's own), and the paper has one run of each, so directions should agree, but not sizes. The second are
+paper's is Scenic's own), and the paper has one run of each. A metric is reproduced if the ratios of the genetic
+algorithm to random search differ from the paper's by no more than a stated mean error (`log_error`). The second are
 rates of random sampling, where each individual is an independent draw, with exact intervals and a test against the
 paper. No other method has such rates, as its draws depend on earlier results.
 """
@@ -13,7 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.display import counted
-from engine.paper import FILES, GA, GENERATIONS, INDIVIDUALS, POPULATION, RANDOM, SCENARIOS, STUDIES, Printed
+from engine.paper import (
+    GA,
+    GENERATIONS,
+    INDIVIDUALS,
+    POPULATION,
+    RANDOM,
+    SCENARIOS,
+    STUDIES,
+    Printed,
+    place_of,
+)
 from engine.paper import Study as StudyRow
 from engine.search.statistics import Interval, OddsRatio, clopper_pearson, fisher
 from engine.study.comparisons import (
@@ -28,7 +39,7 @@ from engine.study.comparisons import (
     ranked,
     spread,
 )
-from engine.study.plan import BASELINE, RUNS, Plan
+from engine.study.plan import BASELINE, RUNS, Plan, Subject
 from engine.study.run_records import RunRecord
 
 # -- our numbers compared with the paper's -----------------------------------------------------------------------------
@@ -88,20 +99,35 @@ def beside_paper(plan: Plan, records: Sequence[RunRecord]) -> tuple[Beside, ...]
     if budget != (GENERATIONS, POPULATION, 1) or not set(METHODS) <= set(plan.methods):
         return ()
     return tuple(
-        _beside(plan, records, number, measure)
+        _beside(plan, records, number, place, measure)
         for number, subject in enumerate(plan.subjects)
-        if subject.name in FILES
+        if (place := _place(subject)) is not None
         for measure in MEASURES
         if measure.name in _PRINTED
     )
 
 
-def _beside(plan: Plan, records: Sequence[RunRecord], number: int, measure: Measure) -> Beside:
+def _place(subject: Subject) -> int | None:
+    return place_of(subject.name, subject.program.space.names)
+
+
+def _beside(plan: Plan, records: Sequence[RunRecord], number: int, place: int, measure: Measure) -> Beside:
     name = plan.subjects[number].name
-    letter = FILES.index(name)
     ga, random = (spread(ranked(records, number, method, measure)).median for method in METHODS)
     printed = _PRINTED[measure.name]
-    return Beside(SCENARIOS[letter], name, measure, ga, random, printed(GA, letter), printed(RANDOM, letter))
+    return Beside(SCENARIOS[place], name, measure, ga, random, printed(GA, place), printed(RANDOM, place))
+
+
+REPRODUCED = 0.3
+"""Maximum `log_error` of a metric that the study reproduces: a factor of 1.35."""
+
+
+def log_error(rows: Sequence[Beside]) -> float:
+    """Return the mean absolute difference of the logarithms of our ratios and the paper's; infinite if one has none."""
+    ratios = np.array([(row.ratio, row.paper_ratio) for row in rows])
+    if not (np.isfinite(ratios).all() and (ratios > 0.0).all()):
+        return float("inf")
+    return float(np.abs(np.diff(np.log(ratios), axis=1)).mean())
 
 
 def studies(plan: Plan, records: Sequence[RunRecord]) -> tuple[StudyRow, ...]:
@@ -206,15 +232,14 @@ def _rates(plan: Plan, records: Sequence[RunRecord], number: int) -> RandomRates
         valid_rate=clopper_pearson(valid, individuals),
         collisions=collisions,
         collision_rate=clopper_pearson(collisions, valid),
-        against_paper=_against_paper(name, collisions, valid),
+        against_paper=_against_paper(plan.subjects[number], collisions, valid),
     )
 
 
-def _against_paper(name: str, collisions: int, valid: int) -> OddsRatio:
-    if name not in FILES:
+def _against_paper(subject: Subject, collisions: int, valid: int) -> OddsRatio:
+    if (place := _place(subject)) is None:
         return NOTHING
-    letter = FILES.index(name)
-    return fisher((collisions, RANDOM.nc[letter]), (valid, INDIVIDUALS - RANDOM.nis[letter]))
+    return fisher((collisions, RANDOM.nc[place]), (valid, INDIVIDUALS - RANDOM.nis[place]))
 
 
 # -- findings ----------------------------------------------------------------------------------------------------------

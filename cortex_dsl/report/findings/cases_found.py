@@ -135,7 +135,7 @@ def kinds_of_cases(
     shown = []
     hit = [case for case in cases if case.collided]
     rows, rollouts = (np.array([getattr(case, name) for case in hit], dtype=np.int64) for name in ("row", "rollout"))
-    for case, code in zip(hit, codes(evaluations, blame, rows, rollouts).tolist(), strict=True):
+    for case, code in zip(hit, codes(evaluations.rollouts, blame, (rows, rollouts)).tolist(), strict=True):
         found = unseen.pop(kind_of(*code), None)
         if found is not None:
             shown.append((found, case))

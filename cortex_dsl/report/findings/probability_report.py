@@ -7,6 +7,7 @@ from cortex_dsl.source import Source
 from engine.program import Program
 from engine.search.probability.estimates import JOINT, Probability, Withheld
 from engine.search.probability.levels import SCORES
+from engine.search.probability.unseen import Unseen
 from engine.search.statistics import Interval
 
 HOW = {
@@ -95,6 +96,15 @@ def sequence_text(found: Probability) -> str:
     if found.until_width or not math.isfinite(found.sequence.low):
         return ""
     return f"however often one looks while draws are added: {_range(found.sequence)}"
+
+
+def unseen_text(unseen: Unseen, failure: str) -> str:
+    """Return the probability of kinds of this failure that no draw showed; empty if it is not known."""
+    if not math.isfinite(unseen.estimate):
+        return ""
+    most = f", at most {_text(unseen.bound)}" if math.isfinite(unseen.bound) else ""
+    seen = f"{unseen.once} of {counted(unseen.kinds, f'kind of {failure}', f'kinds of {failure}')} seen once"
+    return f"{seen} (verdicts aside); all other kinds together: {_text(unseen.estimate)}{most}"
 
 
 def how_text(found: Probability) -> str:

@@ -7,14 +7,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from cortex_dsl.report.findings.failures import pace_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, whole
 from engine.study.comparisons import FIRST, MEASURES, NAMED_FIRST, PRIMARY, Comparison, Measure, Spread
 from engine.study.database import Study
 from engine.study.plan import RUNS, Plan
-from engine.study.run_records import RunRecord
+from engine.study.run_records import RunRecord, curve_of
 from engine.study.study_files import summary
-from engine.study.verdict import Beside, Findings
+from engine.study.verdict import REPRODUCED, Beside, Findings, log_error
+from engine.tables import Floats
 
 
 def value_text(value: float, row: Comparison) -> str:
@@ -48,13 +51,26 @@ def differences(rows: Sequence[Beside]) -> list[str]:
     alike = sum(row.same_direction for row in windows)
     lines = [
         f"{same} of {len(others)} comparisons of risk, collisions and distances point the same way as in the paper",
-        f"{alike} of {len(windows)} of NIS do, but they are one observation: all share the windows that decide it",
+        f"{alike} of {len(windows)} of NIS do",
         *(f"opposite direction in {row.letter}: {row.measure.name}" for row in against),
     ]
+    reproduced: dict[bool, list[str]] = {True: [], False: []}
     for name in dict.fromkeys(row.measure.name for row in rows):
-        ours, paper = (_range([getattr(r, field) for r in rows if r.measure.name == name]) for field in _RATIOS)
-        lines.append(f"{name}: ga / random is {ours} here, {paper} in the paper")
-    return [*lines, "the simulators differ and the paper has one run each: sizes are not expected to agree"]
+        of_measure = [row for row in rows if row.measure.name == name]
+        ours, paper = (_range([getattr(row, field) for row in of_measure]) for field in _RATIOS)
+        error = log_error(of_measure)
+        reproduced[error <= REPRODUCED].append(name)
+        about = f"mean error {fixed(error, 2)}" if math.isfinite(error) else "one of them is 0"
+        lines.append(f"{name}: ga / random is {ours} here, {paper} in the paper; {about}")
+    lines.append(
+        f"reproduced, mean absolute error of the logarithm of ga / random at most {REPRODUCED:g}: "
+        f"{_several(reproduced[True])}; not reproduced: {_several(reproduced[False])}"
+    )
+    return lines
+
+
+def _several(names: Sequence[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names) or "none"
 
 
 _RATIOS = ("ratio", "paper_ratio")
@@ -72,6 +88,19 @@ BOXED = (*(measure.name for measure in NAMED_FIRST), "failing cells", "RL", "MDG
 def measure_called(name: str) -> Measure:
     """The measure of a name in `BOXED`."""
     return next(measure for measure in MEASURES if measure.name == name)
+
+
+def in_layout_of_paper(study: Study, found: Findings) -> tuple[int, ...]:
+    """Return the rows of the plan that are scenarios of the paper, for plots in its layout; () for another study."""
+    letters = {row.scenario: row.letter for row in found.beside}
+    numbers = (k for k, subject in enumerate(study.plan.subjects) if subject.name in letters)
+    return tuple(sorted(numbers, key=lambda k: letters[study.plan.subjects[k].name]))
+
+
+def generation_values(study: Study, scenarios: Sequence[int], method: str, field: str) -> Floats:
+    """Return (n,) the value of a metric in each generation of each of these scenarios, medians over the runs."""
+    curves = (curve_of(study.plan, study.records, number, method, field).median for number in scenarios)
+    return np.concatenate([curve[np.isfinite(curve)] for curve in curves])
 
 
 def distinct_simulations(study: Study) -> int:

@@ -5,7 +5,7 @@ the curves of the five metrics and box plots of the measures.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,19 @@ from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.framing import Frame, alike
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
-from cortex_dsl.report.findings.study_report import BOXED, measure_called
+from cortex_dsl.report.findings.study_report import (
+    BOXED,
+    generation_values,
+    in_layout_of_paper,
+    measure_called,
+)
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB, SIGNALS
 from engine.extras import needed
 from engine.search.journal_reader import Record
 from engine.study.comparisons import Comparison, Measure, compare_all, sample
 from engine.study.database import Study
 from engine.study.run_records import curve_of, smoothed
+from engine.study.verdict import METHODS, findings
 from engine.vocabulary import State
 
 FORMATS = ("svg", "png", "pdf")
@@ -170,6 +176,8 @@ WIDTH, HEIGHT = 2.5, 2.1
 """Width and height of a panel [inches]."""
 COLOURS = ("#8a8f98", "#c8501e", "#0b6bb0", "#2f7d4f", "#7a4fa3", "#b58900")
 """Colours: first the baseline, then the contenders."""
+SCENARIOS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
+"""Colours of the scenarios A to F where one plot has them all."""
 
 
 def write_study_figures(study: Study, folder: Path) -> list[Path]:
@@ -190,6 +198,9 @@ def _study_figures(study: Study) -> Iterator[tuple[str, Any]]:
         measure = measure_called(name)
         stem = f"boxes-{name.lower().replace(' ', '-')}"
         yield stem, _panels(study, lambda axes, k, m=measure: _boxes(axes, study, rows, k, m))
+    if scenarios := in_layout_of_paper(study, findings(study.plan, study.records)):
+        yield "paper-curves", _paper_curves(study, scenarios)
+        yield "paper-boxes", _paper_boxes(study, scenarios)
 
 
 def _panels(study: Study, draw: Callable[[Any, int], None]) -> Any:
@@ -227,9 +238,17 @@ def _curves(axes: Any, study: Study, scenario: int, metric: PaperMetric) -> None
         x, colour = np.arange(1, curve.values.shape[1] + 1), _colour(study, method)
         axes.fill_between(x, *curve.band(), color=colour, alpha=0.2, linewidth=0)
         axes.plot(x, np.maximum(smoothed(curve.median), 0.0), color=colour, linewidth=1.3, label=method_name(method))
+    _name_axes(axes, metric)
+
+
+def _name_axes(axes: Any, metric: PaperMetric) -> None:
     axes.set_ylim(bottom=0)
     axes.set_xlabel("generation")
-    axes.set_ylabel(f"{metric.name} [{metric.unit}]" if metric.unit else metric.name)
+    axes.set_ylabel(_metric_label(metric))
+
+
+def _metric_label(metric: PaperMetric) -> str:
+    return f"{metric.name} [{metric.unit}]" if metric.unit else metric.name
 
 
 def _boxes(axes: Any, study: Study, rows: tuple[Comparison, ...], scenario: int, measure: Measure) -> None:
@@ -244,3 +263,42 @@ def _boxes(axes: Any, study: Study, rows: tuple[Comparison, ...], scenario: int,
     labels = [f"{method_name(method)} {stars.get(method, '')}".strip() for method in order]
     axes.set_xticks(range(1, len(order) + 1), map(_text, labels), rotation=0 if len(order) < 4 else 40)
     axes.set_ylabel(_text(f"{measure.name} [{measure.unit}]" if measure.unit else measure.name))
+
+
+# -- the plots of the paper --------------------------------------------------------------------------------------------
+
+
+def _paper_curves(study: Study, scenarios: Sequence[int]) -> Any:
+    """A panel for each metric with a curve for each scenario and method."""
+    figure = new_figure(PAGE, 2.0 * HEIGHT + 0.3)
+    panels = figure.subplots(2, ACROSS).flat
+    for axes, metric in zip(panels, METRICS, strict=False):
+        for tint, number in zip(SCENARIOS, scenarios, strict=False):
+            for method, dash in zip(METHODS, ("-", "--"), strict=True):
+                y = np.maximum(smoothed(curve_of(study.plan, study.records, number, method, metric.field).median), 0.0)
+                name = f"{study.plan.subjects[number].name}, {method_name(method)}"
+                axes.plot(np.arange(1, len(y) + 1), y, dash, color=tint, linewidth=1.1, label=_text(name))
+        _name_axes(axes, metric)
+    figure.axes[-1].set_axis_off()
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
+    return figure
+
+
+def _paper_boxes(study: Study, scenarios: Sequence[int]) -> Any:
+    """Boxes over the values of the generations: a row for each metric, first all scenarios, then one by one."""
+    groups = [("all", scenarios), *((study.plan.subjects[number].name, (number,)) for number in scenarios)]
+    figure = new_figure(PAGE, 1.5 * len(METRICS))
+    for row, metric in zip(figure.subplots(len(METRICS), len(groups), sharey="row"), METRICS, strict=True):
+        for axes, (title, numbers) in zip(row, groups, strict=True):
+            values = [generation_values(study, numbers, method, metric.field) for method in METHODS]
+            drawn = axes.boxplot(
+                values, widths=0.55, patch_artist=True, medianprops={"color": "black"}, flierprops={"ms": 2}
+            )
+            for box, method in zip(drawn["boxes"], METHODS, strict=True):
+                box.set(facecolor=_colour(study, method), alpha=0.6, linewidth=0.6)
+            axes.set_xticks((1, 2), METHODS)
+            if metric is METRICS[0]:
+                axes.set_title(_text(title), loc="left", fontsize=7)
+        row[0].set_ylabel(_metric_label(metric))
+    return figure

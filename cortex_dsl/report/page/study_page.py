@@ -1,6 +1,6 @@
 """The report of a study: its claims, their certainty, and every run behind them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from shlex import join
 
@@ -12,6 +12,8 @@ from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import (
     BOXED,
     distinct_simulations,
+    generation_values,
+    in_layout_of_paper,
     measure_called,
     study_content,
     verdict_line,
@@ -26,7 +28,7 @@ from engine.strict_json import plain
 from engine.study.comparisons import Measure, sample
 from engine.study.database import Study
 from engine.study.run_records import curve_of, smoothed
-from engine.study.verdict import FAMILIES, RULE, Findings
+from engine.study.verdict import FAMILIES, METHODS, RULE, Findings
 
 LINKS = (
     ("#verdict", "Verdict"),
@@ -36,6 +38,7 @@ LINKS = (
     ("#tests", "Tests"),
     ("#rates", "Random sampling"),
     ("#paper", "Compared with the paper"),
+    ("#layout", "In the paper's layout"),
     ("#again", "Reproduce it"),
 )
 
@@ -94,7 +97,9 @@ def _parts(study: Study, found: Findings) -> Iterator[Node]:
     yield from _shown(primary_view(study, found))
     yield _boxes(study, found)
     yield _curves(study)
-    yield from _shown(tests_view(found), rates_view(found), _paper(found), _again(study))
+    yield from _shown(tests_view(found), rates_view(found), _paper(found))
+    yield _layout(study, found)
+    yield from _shown(_again(study))
 
 
 def _shown(*views: Title | None) -> Iterator[Node]:
@@ -182,7 +187,7 @@ def _consolidated(study: Study) -> Node:
     return [title, element("div", panels, class_="panels")]
 
 
-def _panel(measure: Measure, chart: Element) -> Element:
+def _panel(measure: Measure | PaperMetric, chart: Element) -> Element:
     unit = f" [{measure.unit}]" if measure.unit else ""
     return element(
         "figure",
@@ -219,13 +224,63 @@ def _curve(study: Study, scenario: int, metric: PaperMetric) -> Element:
         courses.append(
             Course(method_name(method), _style(study, method), x, np.maximum(smoothed(curve.median), 0.0), low, high)
         )
-    unit = f" [{metric.unit}]" if metric.unit else ""
-    return element(
-        "figure",
-        element("figcaption", element("b", metric.name), element("span", f"{metric.meaning}{unit}")),
-        line_chart(courses, f"{metric.name} over the generations", x_label="generation"),
-        class_="panel",
+    return _panel(metric, line_chart(courses, f"{metric.name} over the generations", x_label="generation"))
+
+
+# -- the plots of the paper --------------------------------------------------------------------------------------------
+
+
+def _layout(study: Study, found: Findings) -> Node:
+    """Return one plot per metric with a curve for each scenario and method, and boxes over the means of generations."""
+    scenarios = in_layout_of_paper(study, found)
+    if not scenarios:
+        return None
+    note = (
+        "One curve per scenario and method, medians over the runs, smoothed by a Savitzky-Golay filter. Each box shows "
+        "the values of the generations, one value per generation; the first group has those of all scenarios."
     )
+    key = [
+        *(
+            element("span", element("i", class_=f"swatch actor-{place}"), study.plan.subjects[number].name)
+            for place, number in enumerate(scenarios)
+        ),
+        *(
+            element("span", element("i", class_=style), method_name(m))
+            for m, style in zip(METHODS, STROKES, strict=True)
+        ),
+    ]
+    curves = element("div", [_curves_of_all(study, scenarios, metric) for metric in METRICS], class_="panels")
+    groups = [("All scenarios", scenarios), *((study.plan.subjects[number].name, (number,)) for number in scenarios)]
+    boxes = [
+        [
+            element("h3", title, class_="sub"),
+            element("div", [_boxes_of_generations(study, numbers, metric) for metric in METRICS], class_="panels"),
+        ]
+        for title, numbers in groups
+    ]
+    return part("layout", "In the paper's layout", note, element("p", key, class_="key"), curves, boxes)
+
+
+STROKES = ("line", "dashes")
+"""Samples of the two kinds of curves in the key, in the order of `METHODS`."""
+
+
+def _curves_of_all(study: Study, scenarios: Sequence[int], metric: PaperMetric) -> Element:
+    courses = []
+    for place, number in enumerate(scenarios):
+        for method, dash in zip(METHODS, ("", " dashed"), strict=True):
+            y = np.maximum(smoothed(curve_of(study.plan, study.records, number, method, metric.field).median), 0.0)
+            name = f"{study.plan.subjects[number].name}, {method_name(method)}"
+            courses.append(Course(name, f"actor-{place}{dash}", np.arange(1.0, len(y) + 1.0), y))
+    return _panel(metric, line_chart(courses, f"{metric.name} of all scenarios", x_label="generation"))
+
+
+def _boxes_of_generations(study: Study, scenarios: Sequence[int], metric: PaperMetric) -> Element:
+    boxes = [
+        Box(method, _style(study, method), generation_values(study, scenarios, method, metric.field))
+        for method in METHODS
+    ]
+    return _panel(metric, box_chart(boxes, f"{metric.name}, generation by generation"))
 
 
 # -- the end -----------------------------------------------------------------------------------------------------------

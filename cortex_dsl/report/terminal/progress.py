@@ -17,11 +17,13 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from cortex_dsl.report.findings.readable import duration, fixed, whole
+from cortex_dsl.report.findings.readable import duration, fixed, percent, whole
 from cortex_dsl.report.findings.run_report import HIGHEST
 from cortex_dsl.report.findings.search_report import method_style
 from cortex_dsl.report.terminal.theme import columns, left, right, sparkline
 from engine.run_count import counting
+from engine.search.probability.estimates import NOT_KNOWN
+from engine.search.statistics import Interval
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
@@ -114,6 +116,8 @@ class SearchProgress:
     """Time that these generations took [s]."""
     simulations: int = 0
     best: float = math.nan
+    rate: Interval = NOT_KNOWN
+    """Probability of a collision from independent draws, 95 % at every look; NaN: unknown."""
     interval: float = INTERVAL
     started: float = field(default_factory=time.monotonic)
     _live: Live | None = None
@@ -149,11 +153,17 @@ class SearchProgress:
 
     def _line(self) -> Text:
         seconds = self.spent + time.monotonic() - self.started
-        return progress_line(self.method, len(self.figures), self.total, self.simulations, seconds)
+        return progress_line(self.method, len(self.figures), self.total, self.simulations, seconds).append(self._rate())
+
+    def _rate(self) -> str:
+        low, high = self.rate
+        return f", {percent(low)} to {percent(high)} of valid draws collide" if math.isfinite(low) else ""
 
     def _render(self) -> RenderableType:
         seconds = self.spent + time.monotonic() - self.started
-        return progress_view(self.method, self.figures, self.total, self.simulations, seconds, self.best)
+        view = progress_view(self.method, self.figures, self.total, self.simulations, seconds, self.best)
+        rate = self._rate().removeprefix(", ")
+        return Group(view, Text(rate, "quiet")) if rate else view
 
 
 @contextmanager

@@ -44,6 +44,7 @@ from cortex_dsl.report.findings.probability_report import (
     probability_text,
     sequence_text,
     unknown_text,
+    unseen_text,
 )
 from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, ratio, whole
 from cortex_dsl.report.findings.search_report import partners_text
@@ -279,6 +280,7 @@ def _probability(program: Program, found: Probability) -> Iterator[Block]:
         reported,
         how_text(found),
         sequence_text(found),
+        unseen_text(found.unseen, "violation" if found.of else "collision"),
         effective_text(found),
         levels_text(found),
         exposure_text(program),

@@ -45,7 +45,14 @@ from cortex_dsl.report.findings.readable import (
     speed_unit,
     whole,
 )
-from cortex_dsl.report.findings.search_report import SearchReport, method_name, method_style, partners_text
+from cortex_dsl.report.findings.search_report import (
+    RANDOM,
+    SearchReport,
+    draws_texts,
+    method_name,
+    method_style,
+    partners_text,
+)
 from cortex_dsl.report.findings.story import end_text
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.views.requirements import help_note, requirements_view
@@ -54,6 +61,7 @@ from engine.avoidability import Avoidability, Avoidance
 from engine.program import Program
 from engine.search.campaign import INTERRUPTED, Campaign
 from engine.search.evaluations import partners
+from engine.search.insight.independent import independent_draws
 from engine.search.insight.kinds import PACES, FoundKind
 from engine.search.manifest import MOST_IN_TABLES, is_large
 from engine.search.objectives import known_objectives
@@ -145,6 +153,8 @@ def _below(program: Program, campaign: Campaign) -> Iterator[str]:
     if not driver_text(came, campaign.objective):
         yield driver_failed_text(came)
     yield from rate_texts(came, campaign.elapsed)
+    if campaign.method == RANDOM:
+        yield from draws_texts(independent_draws(campaign.evaluations, campaign.method, program.judged.names))
     yield others_text(came, program.actors[0])
     yield shortened(partners_text(program.actors, partners(campaign.evaluations, len(program.actors))), 150)
     if campaign.objective != DEFAULT_OBJECTIVES:

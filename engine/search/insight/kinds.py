@@ -11,12 +11,15 @@ The speeds that separate kinds are those of zones with pedestrians, of towns, an
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from types import EllipsisType
 
 import numpy as np
 
 from engine.kernels.fault import STANDING
+from engine.outcomes import Assessment
 from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import KMH, SECTORS, sector
+from engine.search.probability.unseen import NO_KIND
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, Side, Verdict
 
@@ -114,9 +117,11 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
     return said
 
 
-def codes(evaluations: Evaluations, blame: Ints, rows: Ints, rollouts: Ints) -> Ints:
-    """Return (m, 6) the kinds of these rollouts of these rows, in the order of `Kind`'s fields."""
-    runs, at = evaluations.rollouts, (rows, rollouts)
+def codes(runs: Assessment, blame: Ints, at: tuple[Ints, Ints] | EllipsisType = ...) -> Ints:
+    """Return (…, 6) the kind of every run, in the order of `Kind`'s fields; `blame` has the shape of the runs.
+
+    `at`: the chosen runs, as (m,) rows and (m,) rollouts.
+    """
     ego, other = (
         np.searchsorted(EDGES, np.abs(np.nan_to_num(speed[at])), side="right")
         for speed in (runs.ego_speed, runs.other_speed)
@@ -124,10 +129,17 @@ def codes(evaluations: Evaluations, blame: Ints, rows: Ints, rollouts: Ints) -> 
     return np.stack([runs.pair[at], runs.side[at], sector(runs.approach_angle[at]), ego, other, blame[at]], axis=-1)
 
 
+def codes_of_draws(runs: Assessment, failed: Bools) -> Ints:
+    """Return (valid runs, 6) the kinds of the valid runs, without a verdict; `NO_KIND` for one that did not fail."""
+    valid = runs.verdict == Verdict.VALID
+    every = codes(runs, np.full(len(valid), int(Blame.NONE), dtype=np.int32))
+    return np.where(failed[:, np.newaxis], every, NO_KIND)[valid].astype(np.int16)
+
+
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
     """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
     rows, rollouts = np.nonzero(collisions_of(evaluations))
-    every = codes(evaluations, blame, rows, rollouts)
+    every = codes(evaluations.rollouts, blame, (rows, rollouts))
     _, first, counts = np.unique(numbered(every), return_index=True, return_counts=True)
     made = [
         FoundKind(kind_of(*code), int(count), int(rows[at]), int(rollouts[at]))

@@ -45,6 +45,8 @@ class SearcherEntry:
     """A shorter name."""
     preset: Callable[[Config], str] = _no_preset
     """Preset that a report names after the method; "" if there is none."""
+    draws_independently: bool = False
+    """Whether the individuals of `Operator.RANDOM` are uniform draws, whatever the earlier results were."""
     package: str = ""
     """Package that must be installed in addition to cortexc."""
 
@@ -85,12 +87,14 @@ SEARCHERS: dict[str, SearcherEntry] = {
             title="genetic algorithm",
             style="cyan",
             preset=_preset,
+            draws_independently=True,
         ),
         SearcherEntry(
             name="random",
             summary="independent uniform draws: the baseline",
             build=_plain(RandomSearch),
             style="yellow",
+            draws_independently=True,
         ),
         SearcherEntry(
             name="niching",
@@ -98,6 +102,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
             build=_plain(NichingSearch),
             title="niching genetic algorithm",
             style="green",
+            draws_independently=True,
         ),
         SearcherEntry(
             name="best_first",
@@ -106,6 +111,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
             title="best-first search",
             style="green",
             alias="bf",
+            draws_independently=True,
         ),
         SearcherEntry(
             name="failure_kinds",

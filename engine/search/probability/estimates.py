@@ -17,6 +17,7 @@ from engine.atomic import write_one
 from engine.checksums import is_unchanged, stamp, with_checksum
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
+from engine.search.probability.unseen import NOTHING_DRAWN, Unseen
 from engine.search.statistics import Interval
 from engine.search.store import StoreError, store_errors
 from engine.strict_json import json_text
@@ -117,6 +118,8 @@ class Probability:
     """Effective sample size of the failures. Under `importance` alone."""
     sequence: Interval = NOT_KNOWN
     """Interval that holds the probability at every look, whenever the draws stop, at `level`. Under `mc` alone."""
+    unseen: Unseen = NOTHING_DRAWN
+    """Kinds of collisions that no draw showed. Under `mc` alone; no bound with `until_width`."""
     until_width: float = 0.0
     """Width of `sequence` at which the draws were to stop; `interval` then is `sequence`. 0: a number of draws."""
     of: str = ""
@@ -191,7 +194,14 @@ class Count(NamedTuple):
 FILE_NAME = "probability.json"
 
 
-_UNSAID = {"of": "", "errors": 0, "lost": 0, "repetitions": REPETITIONS, "until_width": 0.0}
+_UNSAID = {
+    "of": "",
+    "errors": 0,
+    "lost": 0,
+    "repetitions": REPETITIONS,
+    "until_width": 0.0,
+    "unseen": asdict(NOTHING_DRAWN),
+}
 
 
 def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
@@ -278,6 +288,8 @@ def _value(name: str, value: Any) -> Any:
         return str(value)
     if name == "withheld":
         return Withheld(value)
+    if name == "unseen":
+        return Unseen(**{each: _number(of_each) for each, of_each in value.items()})
     if name in _INTERVALS:
         return Interval(*map(_number, value))
     return tuple(map(_number, value)) if name in _TUPLES else _number(value)
@@ -285,7 +297,7 @@ def _value(name: str, value: Any) -> Any:
 
 def _number(value: Any) -> Any:
     if value is None:
-        return float("nan")
+        return math.nan
     if not isinstance(value, int | float):
         raise TypeError
     return value

@@ -17,7 +17,7 @@ rare, `subset_simulation` and `importance_sampling`, which a score leads to fail
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,6 +28,7 @@ from engine.config import Config
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
+from engine.search.insight.kinds import codes_of_draws
 from engine.search.probability.confidence_sequence import sequence_interval
 from engine.search.probability.estimates import (
     CONDITIONS,
@@ -45,6 +46,7 @@ from engine.search.probability.importance import importance_sampling
 from engine.search.probability.levels import DISTANCE, Score
 from engine.search.probability.subset_simulation import LEAST as LEAST_SUBSET
 from engine.search.probability.subset_simulation import subset_simulation
+from engine.search.probability.unseen import NOTHING_DRAWN, Unseen, labels, unseen_kinds
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
@@ -255,6 +257,7 @@ def monte_carlo(
     from engine.sampling import draw_genomes
 
     count, driven, block = Count(), _Driven(), LOOK if until_width else BLOCK
+    kinds: list[Ints] = []
     for start in range(0, samples, block):
         keys = key_rows(seed, int(Method.SAMPLE), 0, 0, range(start, min(samples, start + block)))
         genomes = draw_genomes(space, keys)
@@ -266,6 +269,7 @@ def monte_carlo(
             genomes, keys, runs = genomes[:keep], keys[:keep], take(runs, slice(0, keep))
         count = count.more(runs)
         driven = driven.more(genomes, keys, runs, judge)
+        kinds.append(codes_of_draws(runs, runs.collided))
         sequence = sequence_interval(count.collisions, count.valid, level, count.lost)
         if count.valid == enough or sequence.high - sequence.low <= until_width:
             break
@@ -275,6 +279,7 @@ def monte_carlo(
         value=count.collisions / count.valid if count.valid else math.nan,
         interval=interval(count.collisions, count.valid, level, count.lost),
         sequence=sequence_interval(count.collisions, count.valid, level, count.lost),
+        unseen=_unseen(kinds, level, count.lost, bounded=not until_width),
         until_width=until_width,
         level=level,
         simulations=count.simulations,
@@ -290,6 +295,11 @@ def monte_carlo(
         by_partner=count.by_partner,
         without_ego=count.without_ego,
     )
+
+
+def _unseen(kinds: Sequence[Ints], level: float, lost: int, *, bounded: bool) -> Unseen:
+    found = unseen_kinds(labels(np.concatenate(kinds)), level, lost) if kinds else NOTHING_DRAWN
+    return found if bounded else replace(found, bound=math.nan)
 
 
 class _Driven(NamedTuple):

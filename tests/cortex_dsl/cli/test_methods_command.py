@@ -29,6 +29,38 @@ def test_the_list(cortexc: Command) -> None:
     assert all(name in result.out for name in SEARCHERS)
 
 
+SHORT = ("--generations", 2, "--population", 6, "--json")
+
+
+def test_search_is_the_sum_of_its_parts(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """Method, objective and held params; a value of `-p` stays."""
+    words = "--method", "failure_kinds", "--objective", "avoidable", "--freeze"
+    one = cortexc(left_turn, "--search", "-p", "EGO_BRAKE=1", *SHORT, "--out", tmp_path / "a")
+    other = cortexc(left_turn, *words, "-p", "EGO_BRAKE=1", *SHORT, "--out", tmp_path / "b")
+    assert one.code == other.code == 0
+    assert "held: EGO_BRAKE=1, SAFETY_DIST=10.0, CRASH_DIST=2.5" in one.said
+    tables = [(tmp_path / name / "evaluations.csv").read_bytes() for name in "ab"]
+    assert tables[0] == tables[1]
+
+
+def test_parts_of_search_that_are_given_hold(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    chosen = cortexc(
+        left_turn, "--search", "--ga", "--objective", "conflict", *SHORT, "--out", tmp_path / "run"
+    ).document
+    assert [each["method"] for each in chosen["searches"]] == ["ga", "failure_kinds"]
+    aims = [open_run(tmp_path / "run" / method).record.manifest.objective for method in ("ga", "failure_kinds")]
+    assert aims == [("conflict",)] * 2
+
+
+def test_search_of_a_file_that_names_no_system(cortexc: Command, scenario: Command, tmp_path: Path) -> None:
+    """It holds nothing; `--freeze` by itself would have nothing to do there."""
+    file = scenario("simulation(system=[EGO_BRAKE, SAFETY_DIST, CRASH_DIST])", "")
+    found = cortexc(file, "--search", *SHORT, "--out", tmp_path / "run")
+    assert found.code == 0
+    assert "held" not in found.said
+    assert cortexc(file, "--ga", "--freeze", *SHORT).code == 2
+
+
 def test_a_row_is_all_that_a_method_needs(
     cortexc: Command, left_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

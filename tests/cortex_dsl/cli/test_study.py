@@ -1,6 +1,7 @@
 """`cortexc study`: a plan from a command line, its tables, and going on after whatever happened."""
 
 import csv
+import json
 import os
 import shutil
 import signal
@@ -14,11 +15,15 @@ from typing import Any
 
 import pytest
 
+from cortex_dsl import load
 from cortex_dsl.console.terminal import Exit
+from engine.paper import INDIVIDUALS, RANDOM, SCENARIOS
+from engine.study.database import read_study
 from tests.fork_server import Ended, ForkServer, Running
 from tests.journals import reseal
 from tests.runs import STUDY, said_of
 
+ROOT = Path(__file__).parents[3]
 TINY = tuple(map(str, STUDY))
 
 
@@ -131,6 +136,41 @@ def test_without_files_the_six_are_named(cortexc: Callable[..., Any], tmp_path: 
     assert "no FILES: the paper's six scenarios" in result.said
     assert "three_way_left" in result.out
     assert "Compared with the paper" not in result.out
+
+
+def test_as_paper_sets_what_is_not_given(cortexc: Callable[..., Any], tmp_path: Path) -> None:
+    """The paper's preset, one run and the files under `paper`; what is given holds."""
+    small = ("--generations", 1, "--population", 4, "--jobs", 1, "--json")
+    first = json.loads(cortexc("study", "--as-paper", *small, "--out", tmp_path / "a").out)
+    assert first["runs"] == 1
+    assert [Path(each["file"]).parent.name for each in first["scenarios"]] == ["paper"] * 6
+    plan = read_study(tmp_path / "a").plan
+    assert [subject.name for subject in plan.subjects] == list(SCENARIOS)
+    assert {subject.config.ga.preset for subject in plan.subjects} == {"cortex-literal"}
+    words = (
+        "study",
+        ROOT / "examples" / "left_turn.scn",
+        "--as-paper",
+        "--runs",
+        2,
+        "--preset",
+        "cortex",
+        *small,
+        "--out",
+        tmp_path / "b",
+    )
+    assert json.loads(cortexc(*words).out)["runs"] == 2
+    plan = read_study(tmp_path / "b").plan
+    assert [(subject.name, subject.config.ga.preset) for subject in plan.subjects] == [("left_turn", "cortex")]
+
+
+@pytest.mark.parametrize("letter", SCENARIOS)
+def test_random_search_has_as_many_invalid_runs_as_in_the_paper(letter: str) -> None:
+    """Of the files whose validity couples params: within 2 percent of all individuals."""
+    scenario = load(ROOT / "examples" / "paper" / f"{letter}.scn")
+    found = scenario.search("random", generations=2, population=INDIVIDUALS)
+    printed = RANDOM.nis[SCENARIOS.index(letter)] / INDIVIDUALS
+    assert found.by_individual.nis / (2 * INDIVIDUALS) == pytest.approx(printed, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -2,22 +2,35 @@
 
 import csv
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from io import StringIO
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 
-from engine.paper import FILES, GA, RANDOM
+from engine.paper import FILES, GA, GENES, RANDOM, place_of
 from engine.study.comparisons import MEASURES, PRIMARY, compare_all, measures_of, ranked, sample, spread
 from engine.study.database import Study, read_evaluations
 from engine.study.plan import Address, Plan
 from engine.study.run_records import FIELDS, RunRecord, curve_of, smoothed
 from engine.study.study_files import GENERATIONS, RUNS, SUMMARY, TESTS, study_files
-from engine.study.verdict import beside_paper, findings, own_row, random_rates, studies, verdict
+from engine.study.verdict import (
+    Beside,
+    beside_paper,
+    findings,
+    log_error,
+    own_row,
+    random_rates,
+    studies,
+    verdict,
+)
 
+RATIOS = st.floats(1e-3, 1e3)
 FIRST_COLLISION = next(measure for measure in MEASURES if measure.name == "first collision")
 
 
@@ -230,6 +243,30 @@ def test_the_paper_stands_beside_its_own_budget_alone(study: Study) -> None:
     assert (rows[0].letter, rows[0].measure.name, rows[0].paper_ga, rows[0].paper_random) == ("A", "RL", 13.3, 9.7)
     distance = next(row for row in rows if row.measure.name == "MDG, last 10")
     assert distance.paper_ga == pytest.approx(GA.mdg_last[0] / 100)
+
+
+def test_a_file_of_another_is_not_the_papers(study: Study) -> None:
+    """A scenario is the paper's by its name and by its params."""
+    assert [place_of(name, GENES) for name in ("left_turn", "A", "F", "mine")] == [0, 0, 5, None]
+    assert place_of("A", {*GENES, "RAIN"}) is None
+    assert place_of("A", ["SPEED"]) is None
+
+
+@given(st.lists(st.tuples(RATIOS, RATIOS), min_size=1, max_size=6))
+def test_the_error_of_a_metric_is_that_of_its_ratios(pairs: list[tuple[float, float]]) -> None:
+    """It has no unit, is 0 for equal ratios alone, and is the same where both are turned around."""
+    rows = [Beside("A", "left_turn", PRIMARY, ours, 1.0, paper, 1.0) for ours, paper in pairs]
+    assert log_error(rows) == pytest.approx(np.mean([abs(math.log(ours / paper)) for ours, paper in pairs]))
+    turned = [replace(row, ga=row.random, random=row.ga, paper_ga=1.0, paper_random=row.paper_ga) for row in rows]
+    assert log_error(turned) == pytest.approx(log_error(rows))
+    larger = [replace(row, ga=100 * row.ga, random=100 * row.random) for row in rows]
+    assert log_error(larger) == pytest.approx(log_error(rows))
+
+
+def test_a_metric_that_is_zero_is_not_reproduced() -> None:
+    row = Beside("A", "left_turn", PRIMARY, 0.0, 3.0, 1.0, 2.0)
+    assert log_error([row, replace(row, ga=1.5)]) == math.inf
+    assert log_error([replace(row, random=0.0)]) == math.inf
 
 
 def test_our_row_among_the_studies_counts_simulations(study: Study) -> None:

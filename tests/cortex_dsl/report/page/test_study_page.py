@@ -105,11 +105,18 @@ def test_beside_the_paper(opened_tab: Callable[..., Any], tmp_path: Path) -> Non
     """Where scenario, methods and budget are the paper's: its numbers, what differs in words, within 800 pixels."""
     words = ["--runs", "1", "--jobs", "1", "--out", str(tmp_path / "s"), "--json"]
     assert main(["study", str(EXAMPLE), *words]) == 0
+    assert main(["report", str(tmp_path / "s"), "--figures", str(tmp_path / "figures")]) == 0
+    assert {"paper-curves.svg", "paper-boxes.svg"} <= {path.name for path in (tmp_path / "figures").iterdir()}
+    assert "left_turn, genetic" in (tmp_path / "figures" / "paper-curves.svg").read_text(encoding="utf-8")
     assert main(["report", str(tmp_path / "s")]) == 0
     tab = opened_tab(tmp_path / "s" / "report.html", 800, 800)
     assert "point the same way as in the paper" in tab.inner_text("#paper")
     assert tab.inner_text("#paper .studies tbody tr:last-child").startswith("this study")
     assert "13.30" in tab.inner_text("#paper .beside")
+    assert "not reproduced: " in tab.inner_text("#paper")
+    assert tab.locator("#layout .chart .course").count() == 2 * len(METRICS)  # one scenario, two methods
+    assert tab.locator("#layout .chart .course.dashed").count() == len(METRICS)
+    assert tab.locator("#layout .chart .boxed").count() == 2 * 2 * len(METRICS)  # all scenarios, and the one
     fits = "boxes => boxes.every(box => box.scrollWidth <= box.clientWidth)"
     assert tab.eval_on_selector_all("#paper .wide", fits)
 

@@ -140,7 +140,7 @@ def test_the_worst_hold_each_partner_and_kind_before_a_second(rows: list[Happeni
     assert len(chosen) == min(count, len(rows))
     finds = [case.row for case in everyone if case.collided]
     pool = finds if len(finds) >= count else order
-    every = codes(table, blame, np.arange(len(table)), np.zeros(len(table), dtype=np.int64))
+    every = codes(table.rollouts, blame)[:, 0]
     each = {row: tuple(code) for row, code in enumerate(every.tolist())}
     partners, every = {each[row][0] for row in pool}, {each[row] for row in pool}
     # The worst of all may be a second of its partner or kind: it takes a place of its own at most.

@@ -1,0 +1,94 @@
+"""Rates from the independent draws of a search: the genomes that its method drew uniformly, whatever it had learnt.
+
+Random search draws all its genomes so, the genetic algorithm its first generation. Given all earlier results, each such
+run has one probability of each event, so the confidence sequence of the event holds whenever a search ends or is looked
+at. The share among the other runs is not a probability: the method goes where it found danger.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.assessment import take
+from engine.outcomes import Assessment
+from engine.search.evaluations import Evaluations
+from engine.search.insight.kinds import codes_of_draws
+from engine.search.methods.table import SEARCHERS
+from engine.search.probability.confidence_sequence import sequence_interval
+from engine.search.probability.unseen import Unseen, labels, unseen_kinds
+from engine.search.protocol import Operator
+from engine.search.statistics import Interval
+from engine.vocabulary import Verdict
+
+COLLISION = "collision"
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class EventRate:
+    """Probability of one event in a valid run, params uniform over their ranges."""
+
+    name: str
+    """`collision`, or the name of an expectation that is broken."""
+    count: int
+    interval: Interval
+    """Confidence sequence at `LEVEL`, for this event alone."""
+
+
+@dataclass(frozen=True)
+class IndependentDraws:
+    """Statement on the independent draws of a search."""
+
+    valid: int
+    lost: int
+    """Draws in which the driver failed: each end of an interval takes them for the worse."""
+    events: tuple[EventRate, ...]
+    unseen: Unseen
+    """Kinds of collisions that none of these draws showed."""
+
+
+def runs_of_draws(evaluations: Evaluations, method: str) -> Assessment:
+    """Return the runs of the independent draws, none of a method without any.
+
+    With several rollouts for each genome the first counts.
+    """
+    independent = method in SEARCHERS and SEARCHERS[method].draws_independently
+    rows = evaluations.simulated & (evaluations.operator == Operator.RANDOM) & independent
+    return take(evaluations.rollouts, (np.flatnonzero(rows), np.zeros(int(rows.sum()), dtype=np.intp)))
+
+
+@dataclass
+class DrawsSoFar:
+    """Counts of the independent draws of a search that goes on."""
+
+    method: str
+    valid: int = 0
+    lost: int = 0
+    collisions: int = 0
+
+    def add(self, evaluations: Evaluations) -> Interval:
+        """Count more draws; return the confidence sequence of the probability of a collision, NaN without draws."""
+        runs = runs_of_draws(evaluations, self.method)
+        valid = runs.verdict == Verdict.VALID
+        self.valid += int(valid.sum())
+        self.lost += int((runs.verdict == Verdict.CONTROLLER).sum())
+        self.collisions += int(runs.collided[valid].sum())
+        return sequence_interval(self.collisions, self.valid, LEVEL, self.lost)
+
+
+def independent_draws(evaluations: Evaluations, method: str, expectations: Sequence[str]) -> IndependentDraws | None:
+    """Return the rates of the independent draws; None if none of them is valid."""
+    runs = runs_of_draws(evaluations, method)
+    valid = runs.verdict == Verdict.VALID
+    if not valid.any():
+        return None
+    lost, broken = int((runs.verdict == Verdict.CONTROLLER).sum()), runs.broken[valid]
+    counts = {COLLISION: runs.collided[valid].sum()}
+    counts |= {name: (column > 0.0).sum() for name, column in zip(expectations, broken.T, strict=True)}
+    events = [
+        EventRate(name, int(count), sequence_interval(int(count), len(broken), LEVEL, lost))
+        for name, count in counts.items()
+    ]
+    unseen = unseen_kinds(labels(codes_of_draws(runs, runs.collided)), LEVEL, lost)
+    return IndependentDraws(len(broken), lost, tuple(events), unseen)
