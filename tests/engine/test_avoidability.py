@@ -20,9 +20,10 @@ from engine.kernels import avoidance as kernels
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import PATH_COLUMNS
 from engine.scenes import Scenes
+from engine.search.objectives import MOST_MARGIN
 from engine.search.probability.monte_carlo import make_judge
-from engine.verdicts import blame
-from engine.vocabulary import Blame, State
+from engine.verdicts import answers_and_margins, blame
+from engine.vocabulary import Answer, Blame, State
 
 STEP = 0.05
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
@@ -302,6 +303,22 @@ def test_a_drive_from_a_checkpoint_is_the_drive_from_the_start(name: str, monkey
     assert sum(each is not None for each in found) > 5
     monkeypatch.setattr(module, "checkpoints", lambda run, samples, *, touching: made(run, 0, touching=touching))
     assert repr(avoidability(scenario.program, scenes, config)) == repr(found)
+
+
+def test_a_margin_counts_up_to_its_limit() -> None:
+    """The margin behind `avoidable` is that of every moment tried, up to the limit that counts."""
+    scenario = load(EXAMPLE.with_name("right_into_crossing.scn"))
+    scenes, config = scenario.sample(1500, seed=1), scenario.config.simulation
+    answers, limited = answers_and_margins(scenario.program, scenes, config, references=("careful",))
+    complete = avoidability(scenario.program, scenes, config)
+    found = [row for row in zip(complete, answers[:, 0].tolist(), limited.tolist(), strict=True) if row[0]]
+    assert any(whole.margin > MOST_MARGIN + 1.0 for whole, _, _ in found if whole)
+    for whole, answer, margin in found:
+        assert whole is not None
+        assert (answer == Answer.AVOIDS) == whole.avoidable
+        assert margin <= MOST_MARGIN + 2.0 * config.time_step or not math.isfinite(margin)
+        if not whole.struck and not math.isnan(whole.margin):
+            assert min(margin, MOST_MARGIN) == pytest.approx(min(whole.margin, MOST_MARGIN))
 
 
 def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
