@@ -178,7 +178,7 @@ def driven_again(
 def judged_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
 ) -> tuple[Judged | None, ...]:
-    """Return what the reference drivers of the config say of the worst rollout of each row; None as in
+    """Return the answers of the reference drivers of the config to the worst rollout of each row; None as in
     `driven_again`.
     """
     hit, scenes = _collided_again(program, evaluations, rows, config)
