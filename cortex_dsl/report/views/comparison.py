@@ -93,8 +93,8 @@ def file_view(file: FileComparison, shown: int, *, whole: bool) -> Title:
 
 def _conditions(file: FileComparison) -> Table:
     """Return the table of outcomes and tests."""
-    heads = "both keep", "only B\nbreaks", "only A\nbreaks", "both\nbreak"
-    columns = [Column("condition", wrap=True), *(Column(head, numbers=True) for head in heads)]
+    heads = ("both keep", 2), ("only B\nbreaks", 0), ("only A\nbreaks", 0), ("both\nbreak", 1)
+    columns = [Column("condition", wrap=True), *(Column(head, numbers=True, rank=rank) for head, rank in heads)]
     tested = not file.untested
     if tested:
         columns += [Column("B less A", numbers=True), Column("95 %", numbers=True), Column("p", numbers=True), Column()]
