@@ -19,6 +19,11 @@ class Interval(NamedTuple):
     high: float
 
 
+def spread_evenly(count: int, most: int) -> Ints:
+    """Return at most `most` of the numbers below `count`, in their order and evenly spread; all if they are fewer."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64)) if count else np.zeros(0, np.int64)
+
+
 def midranks(values: ArrayLike) -> Floats:
     """Return (n,) ranks from 1; ties share the mean of their ranks."""
     array = np.asarray(values, dtype=np.float64)
@@ -32,10 +37,14 @@ def spearman(first: ArrayLike, second: ArrayLike) -> float:
 
     Spearman (1904), "The proof and measurement of association between two things".
     """
-    a, b = midranks(first), midranks(second)
-    if len(a) < 2:
+    return correlation(midranks(first), midranks(second))
+
+
+def correlation(first: Floats, second: Floats) -> float:
+    """Return Pearson's correlation in [-1, 1]; NaN if one side is constant."""
+    if len(first) < 2:
         return float("nan")
-    a, b = a - a.mean(), b - b.mean()
+    a, b = first - first.mean(), second - second.mean()
     scale = float(np.sqrt((a * a).sum() * (b * b).sum()))
     return float(np.clip((a * b).sum() / scale, -1.0, 1.0)) if scale > 0.0 else float("nan")
 

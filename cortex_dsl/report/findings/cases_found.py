@@ -137,13 +137,13 @@ def kinds_of_cases(
 ) -> list[tuple[FoundKind, Case]]:
     """Return each kind of collision among the cases with the first of its cases, avoidable kinds first."""
     unseen = {each.kind: each for each in kinds}
-    every = codes(evaluations.rollouts, blame) if cases else None
     shown = []
-    for case in cases:
-        if every is not None and case.collided:
-            found = unseen.pop(kind_of(*every[case.row, case.rollout].tolist()), None)
-            if found is not None:
-                shown.append((found, case))
+    hit = [case for case in cases if case.collided]
+    rows, rollouts = (np.array([getattr(case, name) for case in hit], dtype=np.int64) for name in ("row", "rollout"))
+    for case, code in zip(hit, codes(evaluations.rollouts, blame, (rows, rollouts)).tolist(), strict=True):
+        found = unseen.pop(kind_of(*code), None)
+        if found is not None:
+            shown.append((found, case))
     return sorted(shown, key=lambda each: each[0].kind.blame != Blame.AVOIDABLE)
 
 
