@@ -1,53 +1,49 @@
 """Test of one scenario file: its runs, the limits that they break, and the first run that breaks each.
 
-A file that leaves nothing to chance is run once. Any other file is run with successive seeds: run i of seed S is that
-of `cortexc FILE --seed N` with N = S * SEEDS + i - 1, so that this command repeats it.
+A file that leaves nothing to chance is run once, any other file with successive seeds (`cortex_dsl.api.seeded_runs`).
 """
 
 import os
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shlex import join
 
 import numpy as np
 
-from cortex_dsl.api.limits import BUDGET, MOST_RUNS, Budget, budget_of
-from cortex_dsl.api.scenario import NO_SCENE, Scenario, load
+from cortex_dsl.api.limits import BUDGET, Budget, budget_of
+from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.api.scenario_files import ScenarioFile
-from cortex_dsl.api.scenario_mistakes import failure_of
+from cortex_dsl.api.seeded_runs import (
+    BLOCK,
+    CONTACT,
+    OnRuns,
+    Prepare,
+    check_mistake,
+    draw_scenes,
+    drive,
+    end_numbers,
+    fitting_driver,
+    no_run_text,
+    only_scene,
+    seeds_of,
+    touched,
+)
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.gate_report import Check, FailedRun, FileResult, Kind, Measured, Status
-from cortex_dsl.report.findings.story import end_of
 from engine.config import Config
 from engine.dependence import leaves_nothing_to_chance
-from engine.driving.blocks import Driver
+from engine.driving.blocks import Driven, Driver
 from engine.errors import ControllerError
 from engine.gates.bounds import Bound, bounded_values
 from engine.gates.decision import UNDECIDED, Answer, RateDecision, decide_rate
 from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Scenes
-from engine.streams import single_keys
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import EndReason, Sense, Verdict
+from engine.vocabulary import Sense, Verdict
 
-BLOCK = 256
-"""Runs between two looks at a probability, and scenes in one query to a driver by default."""
-SEEDS = MOST_RUNS
-"""Number of seeds that belong to one seed of a test."""
-SEED_LIMIT = (2**63 - 1) // SEEDS - 1
-"""Largest seed of a test."""
-KMH = 3.6
-CONTACT = "no contact of the ego"
-"""Name of the check of a file without an `expect`."""
 CONTROLLER = "controller"
-
-OnRuns = Callable[[int, int], None]
-"""Callback with the finished runs and the budget of the file that is running in this process."""
-Prepare = Callable[[Scenario], None]
 
 
 @dataclass(frozen=True)
@@ -155,9 +151,11 @@ class _Block:
     numbers: Ints
     """(n,) Numbers of the runs, from 1."""
     seeds: Ints | None
-    scenes: Scenes
-    outcomes: Outcomes
-    failures: tuple[ControllerError, ...] = ()
+    done: Driven
+
+    @property
+    def outcomes(self) -> Outcomes:
+        return self.done.outcomes
 
     def seed(self, row: int) -> int | None:
         return None if self.seeds is None else int(self.seeds[row])
@@ -176,23 +174,10 @@ class _Testing:
         self.runs = self.valid = 0
         self.last = Verdict.VALID
         """Verdict of the last run that does not count."""
-        self.driver = self._driver()
+        self.driver = fitting_driver(self.program, plan.driver)
         unused = plan.driver is not None and not self.program.controls
         remarks = ("nobody in it is driven from outside, so that --ego has no effect",) if unused else ()
         self.result = replace(result, kept=self.kept, remarks=remarks)
-
-    def _driver(self) -> Driver | None:
-        """Return the driver of the plan with an empty history; None if the file has no controller.
-
-        Raises:
-            ControllerError: it does not fit the controllers of the file.
-        """
-        if self.plan.driver is None or not self.program.controls:
-            return None
-        from engine.driving.controllers import controllers_of
-
-        controllers_of(self.program, self.plan.driver.given)
-        return self.plan.driver.without_history()
 
     def finished(self, until: float, on_runs: OnRuns | None) -> FileResult:
         """Return the result after all runs; `until` is the time at which they end, by the monotonic clock [s].
@@ -224,7 +209,7 @@ class _Testing:
         )
 
     def _seed(self, index: int) -> int | None:
-        return None if self.kept else self.plan.seed * SEEDS + index
+        return None if self.kept else int(seeds_of(self.plan.seed, np.array([index + 1]))[0])
 
     # -- runs
 
@@ -234,18 +219,13 @@ class _Testing:
         Raises:
             ControllerError: the driver fails everywhere.
         """
-        config, jobs = self.scenario.config, self.plan.jobs
         numbers = np.arange(self.runs + 1, self.runs + count + 1)
-        seeds = None if self.kept else self.plan.seed * SEEDS + numbers - 1
-        if seeds is None:
-            stream = self.program.settings.stream
-            scenes = replace(self.scenario, config=replace(config, driver=None)).scene_of_seed(None if stream else 0)
+        if self.kept:
+            seeds, scenes = None, only_scene(self.scenario)
         else:
-            scenes = draw_scenes(self.scenario, seeds, jobs, hopeful=self.valid > 0)
-        if self.driver is None:
-            return _Block(numbers, seeds, scenes, self.scenario.simulate(scenes, jobs=jobs))
-        done = self.driver.drive(self.program, scenes, config.simulation, config.contact, jobs)
-        return _Block(numbers, seeds, done.scenes, done.outcomes, done.failures)
+            seeds = seeds_of(self.plan.seed, numbers)
+            scenes = draw_scenes(self.scenario, seeds, self.plan.jobs, hopeful=self.valid > 0)
+        return _Block(numbers, seeds, drive(self.scenario, self.driver, scenes, self.plan.jobs))
 
     def _take(self, block: _Block) -> None:
         """Judge the runs of a block.
@@ -253,14 +233,8 @@ class _Testing:
         Raises:
             CompileError: a run met a mistake of the file.
         """
+        check_mistake(self.scenario, block.done, self.result.path)
         verdict = block.outcomes.verdict
-        for row in np.flatnonzero(verdict == Verdict.ERROR)[:1].tolist():
-            diagnostic = failure_of(
-                self.scenario.compiled, self.scenario.config.simulation, block.scenes, block.outcomes, row
-            )
-            if diagnostic is None:
-                raise RuntimeError(f"run {block.numbers[row]} of {self.result.path} failed")
-            raise CompileError(self.scenario.compiled.source, [diagnostic])
         valid = verdict == Verdict.VALID
         self.runs += len(verdict)
         self.valid += int(valid.sum())
@@ -270,7 +244,7 @@ class _Testing:
         self.lost.runs += int(valid.sum()) + len(lost)
         if len(lost):
             row = int(lost[0])
-            event = block.failures[0].what if block.failures else "the driver failed"
+            event = block.done.failures[0].what if block.done.failures else "the driver failed"
             self._lose(FailedRun(int(block.numbers[row]), block.seed(row), event=event), len(lost))
         for criterion, count in zip(self.criteria, self.counts, strict=True):
             self._judge(criterion, count, block, valid)
@@ -296,7 +270,7 @@ class _Testing:
     def _values(self, criterion: _Criterion, block: _Block) -> Floats | None:
         if criterion.bound is None:
             return None
-        return bounded_values(criterion.bound, self.program, block.scenes, block.outcomes, self._config())
+        return bounded_values(criterion.bound, self.program, block.done.scenes, block.outcomes, self._config())
 
     def _config(self) -> Config:
         config = self.scenario.config
@@ -308,7 +282,7 @@ class _Testing:
             return ~criterion.bound.holds(values)
         if criterion.kind is Kind.EXPECT:
             return outcomes.broken[:, criterion.column] == 1.0
-        return outcomes.collided | (outcomes.end_reason == EndReason.BUILDING)
+        return touched(outcomes)
 
     def _failed(self, criterion: _Criterion, block: _Block, row: int, values: Floats | None) -> FailedRun:
         """Return the numbers of a run that breaks a criterion."""
@@ -318,18 +292,8 @@ class _Testing:
             numbers.append(Measured(criterion.bound.name, value, criterion.bound.unit))
         elif criterion.kind is Kind.EXPECT:
             numbers.append(Measured("robustness", float(outcomes.sought[row, criterion.column])))
-        event = f"{float(outcomes.end_time[row]):.2f} s: {end_of(self.program, outcomes, row).text}"
-        if outcomes.collided[row]:
-            pair = int(outcomes.contact_actors[row, 1]) - 1
-            speeds = zip((0, pair + 1), (outcomes.ego_speed, outcomes.other_speed), strict=True)
-            numbers += (
-                Measured(self.program.actors[actor], float(speed[row, pair]) * KMH, "km/h") for actor, speed in speeds
-            )
-        elif len(self.program.actors) > 1:
-            pair = int(np.argmin(outcomes.min_distance[row]))
-            distance = float(outcomes.min_distance[row, pair])
-            numbers.append(Measured(f"distance to {self.program.actors[pair + 1]}", distance, "m"))
-        return FailedRun(int(block.numbers[row]), block.seed(row), tuple(numbers), event)
+        event, more = end_numbers(self.program, outcomes, row)
+        return FailedRun(int(block.numbers[row]), block.seed(row), (*numbers, *more), event)
 
     # -- results
 
@@ -381,56 +345,7 @@ class _Testing:
         """Return the reason why no run counts; "" if one does, or if the driver failed in all."""
         if self.valid or self.lost.failures:
             return ""
-        from engine.feasibility import remembered
-
-        last = Verdict.INFEASIBLE if remembered(self.program).infeasible else self.last
-        return NO_RUN.get(last, "no valid scene was found")
+        return no_run_text(self.program, self.last)
 
 
 OF_ANSWER = {Answer.KEPT: Status.PASS, Answer.BROKEN: Status.FAIL, Answer.OPEN: Status.UNDECIDED}
-NO_RUN = {
-    Verdict.INFEASIBLE: "no scene is possible: requirements exclude each other",
-    Verdict.ABORTED: "no run counts: each broke a requirement on the run",
-}
-"""Reasons by the verdict of the last run."""
-
-
-# -- scenes by their seeds ---------------------------------------------------------------------------------------------
-
-
-def draw_scenes(scenario: Scenario, seeds: Ints, jobs: int = 1, *, hopeful: bool = False) -> Scenes:
-    """Return the scene of `cortexc FILE --seed N` for each of the seeds (n,); it is not valid if no genome allows one.
-
-    If no first genome allows a scene, only the first seed tries further ones, unless `hopeful`: some scene is known to
-    exist.
-    """
-    from engine.feasibility import remembered
-    from engine.sampling import draw_genomes, sample
-
-    program, config = scenario.program, scenario.config.simulation
-    scenes: Scenes | None = None
-    waiting, doubtful = np.arange(len(seeds)), False
-    for key in single_keys(program, 0):
-        keys = np.repeat(key, len(waiting), axis=0)
-        keys[:, 0] = seeds[waiting]
-        drawn = sample(program, draw_genomes(program.space, keys), keys, config, jobs)
-        failed = np.isin(drawn.verdict, NO_SCENE)
-        if scenes is None:
-            scenes, doubtful = drawn, bool(failed.all()) and not hopeful
-            failed[1:] &= not doubtful
-        else:
-            _overwrite(scenes, drawn, waiting)
-        waiting = waiting[failed]
-        if not len(waiting) or (doubtful and remembered(program).infeasible):
-            break
-    assert scenes is not None
-    if doubtful and scenes.verdict[0] not in NO_SCENE and len(seeds) > 1:
-        return draw_scenes(scenario, seeds, jobs, hopeful=True)
-    return scenes
-
-
-def _overwrite(scenes: Scenes, drawn: Scenes, rows: Ints) -> None:
-    """Write drawn scenes into some rows."""
-    for name in Scenes.__dataclass_fields__:
-        if name != "actions":
-            getattr(scenes, name)[rows] = getattr(drawn, name)

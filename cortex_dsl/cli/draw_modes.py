@@ -159,7 +159,7 @@ def _sampled(scenario: Scenario, run: RunRequest, samples: int, terminal: Termin
 
 def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> None:
     """Drive scenes, and count how their runs ended."""
-    from engine.avoidability import blame
+    from engine.verdicts import blame
 
     program, config = scenario.program, scenario.config
     assert config.driver is not None
@@ -170,7 +170,8 @@ def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> 
             scenario.compiled, scenario.config.simulation, done.scenes, done.outcomes, int(errors[0])
         )
         return
-    said = blame(program, done.tell(sampled.reported).scenes, config.simulation, config.contact, jobs)
+    driven = done.tell(sampled.reported).scenes
+    said = blame(program, driven, config.simulation, config.contact, jobs, config.search.references)
     sampled.runs = sampled.runs.plus(done.outcomes, said)
 
 

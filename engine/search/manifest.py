@@ -10,11 +10,12 @@ from pathlib import Path
 from types import MappingProxyType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.config import DEFAULT_REFERENCES, Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.elementary import library
 from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
+from engine.references import NAMES
 from engine.risk import PROFILES
 from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
@@ -217,10 +218,12 @@ class Manifest:
     @property
     def config(self) -> Config:
         """Return the settings of the run; a setting that is newer than the manifest has its default."""
+        searching: dict[str, Any] = dict(self.settings["search"])
+        searching["references"] = tuple(searching.get("references", DEFAULT_REFERENCES))
         return Config(
             simulation=SimulationConfig(**self.settings["simulation"]),
             contact=ContactConfig(**self.settings["contact"]),
-            search=SearchConfig(**self.settings["search"]),
+            search=SearchConfig(**searching),
             ga=GAConfig(**self.settings["ga"]),
         )
 
@@ -355,6 +358,8 @@ def _check_words(manifest: Manifest, config: Config) -> None:
     ):
         if word not in words:
             raise ManifestError(f"`{place}` of its manifest must be one of {', '.join(words)}")
+    if not search.references or not set(search.references) <= set(NAMES):
+        raise ManifestError(f"`settings.search.references` of its manifest must name some of {', '.join(NAMES)}")
     if not manifest.objective or len(set(manifest.objective)) < len(manifest.objective):
         raise ManifestError("`objective` of its manifest must name objectives, each once")
     if (manifest.seed, manifest.run) != (search.seed, search.run):

@@ -190,7 +190,18 @@ def failures_content(
     """
     counts: dict[str, Any] = {**asdict(came), "avoidable_share": estimated_share(came.avoidable, came.valid)}
     if not came.judged:
-        counts |= dict.fromkeys(("avoidable", "struck", "kinds", "avoidable_kinds", "avoidable_share"))
+        counts |= dict.fromkeys(
+            (
+                "avoidable",
+                "disputed",
+                "unavoidable",
+                "no_model",
+                "struck",
+                "kinds",
+                "avoidable_kinds",
+                "avoidable_share",
+            )
+        )
     pace = {
         name: counts[name] / seconds if seconds > 0.0 and counts[name] is not None else None
         for name in ("avoidable", "collisions")
@@ -333,6 +344,12 @@ def _texts(values: Column) -> Sequence[str]:
     """Return the cells of a column: shortest texts that read back to the same numbers; NaN and None are empty."""
     texts = [value if isinstance(value, str) else repr(value) for value in values]
     return ["" if text in ("nan", "None") else text for text in texts]
+
+
+def csv_table(columns: Mapping[str, Column]) -> bytes:
+    """Return columns as CSV with a header."""
+    rows = map(",".join, zip(*map(_texts, columns.values()), strict=True))
+    return _lines([",".join(map(_quoted, columns)), *rows])
 
 
 def _generation_lines(campaign: Campaign) -> Iterable[str]:
