@@ -464,7 +464,7 @@ OBJECTIVE = Option(
 )
 REFERENCES = Option(
     "--reference",
-    "reference drivers that judge collisions, separated by commas: careful, reg157, rss, fsm, cc (all)",
+    "reference drivers that judge collisions, separated by commas: careful, reg157, rss, fsm, cc",
     "NAMES",
     reference_names,
     name="references",
