@@ -60,7 +60,7 @@ UNKNOWN = -2
 
 
 def _identities(scenes: Scenes) -> list[bytes]:
-    """Return what determines the run of each scene: its key, its variant, and its values."""
+    """Return the identity of each scene: its key, its variant, and its values determine its run."""
     rows = zip(scenes.keys, scenes.variant.tolist(), scenes.values, strict=True)
     return [key.tobytes() + variant.to_bytes(8, "big", signed=True) + values.tobytes() for key, variant, values in rows]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from engine.config import DEFAULT_REFERENCES, Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.elementary import library
 from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
@@ -32,6 +32,8 @@ LIBM = "libm"
 PYTHON = ".".join(map(str, sys.version_info[:3]))
 ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
 """Settings of a search that every manifest has; those that are newer than it have their defaults."""
+FIRST_REFERENCES = ("careful",)
+"""Reference drivers of a run that is older than their choice."""
 MOST_IN_TABLES = 20_000
 """Planned simulations of a search up to which its text tables are written without a request."""
 LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
@@ -217,9 +219,12 @@ class Manifest:
 
     @property
     def config(self) -> Config:
-        """Return the settings of the run; a setting that is newer than the manifest has its default."""
+        """Return the settings of the run; a setting that is newer than the manifest has its default.
+
+        A run that is older than the choice of reference drivers was judged by the careful driver.
+        """
         searching: dict[str, Any] = dict(self.settings["search"])
-        searching["references"] = tuple(searching.get("references", DEFAULT_REFERENCES))
+        searching["references"] = tuple(searching.get("references", FIRST_REFERENCES))
         return Config(
             simulation=SimulationConfig(**self.settings["simulation"]),
             contact=ContactConfig(**self.settings["contact"]),

@@ -73,10 +73,10 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
     if came.judged:
         if came.avoidable:
             share = percent(came.avoidable / came.valid, 2)
-            lead = f"avoidable: {share} of valid simulations{_pace(came.avoidable, seconds)}"
+            yield f"avoidable: {share} of valid simulations{_pace(came.avoidable, seconds)}"
         else:
-            lead = f"avoidable: none among {came.valid:,} valid simulations"
-        yield f"{lead}; {other_verdicts_text(came)}"
+            yield f"avoidable: none among {came.valid:,} valid simulations"
+        yield f"other verdicts: {other_verdicts_text(came)}"
     share = percent(came.collisions / came.valid)
     every = f"{came.collisions:,}{_kinds_text(came)}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"

@@ -108,7 +108,8 @@ def search_screen(program: Program, report: SearchReport, settings: str) -> Titl
     above = [
         *headline(program, report),
         *_loneliness(program),
-        Note(effort(report.campaign, settings), "quiet"),
+        Note(effort(report.campaign), "quiet"),
+        *([Note(f"  {settings}", "quiet")] if settings else []),
         *rejections(program, report),
         *worst_cases_table(program, report.campaign, cases),
     ]
@@ -171,12 +172,11 @@ def _below(program: Program, campaign: Campaign) -> Iterator[str]:
     yield shortened("; ".join(f'"{name}" broken in {counted(count, "run")}' for name, count in broken), 150)
 
 
-def effort(campaign: Campaign, settings: str) -> str:
-    """Return the number of runs, the pace, and the settings of a search in one line."""
+def effort(campaign: Campaign) -> str:
+    """Return the number of runs and the pace of a search; no pace makes the line long enough to wrap."""
     runs = campaign.by_simulation.runs
     rate = runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
-    work = f"  {counted(runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
-    return f"{work}; {settings}" if settings else work
+    return f"  {counted(runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
 
 
 def _loneliness(program: Program) -> list[Block]:
@@ -266,7 +266,7 @@ def worst_cases_table(
 
 ORDERS = ("collisions first, then near misses", "by risk, avoidable ones first among equals")
 BEYOND = "`cortexc verify RUN --model dynamic` drives them with tyres"
-LEGEND = "speeds at contact, or closest; avoidable: whether the reference drivers brake in time"
+LEGEND = "speeds at contact, or closest; avoidable: by the reference drivers"
 
 
 def _objective_of(program: Program, campaign: Campaign) -> tuple[str, str, float]:

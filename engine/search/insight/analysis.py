@@ -56,10 +56,10 @@ class Avoided:
     """Collisions that were driven again with every start of braking: all, or as many spread evenly."""
     by: dict[Avoidance, int]
     """Number of these collisions for each answer of the careful driver."""
-    by_driver: dict[str, dict[Answer, int]] = field(default_factory=dict)
-    """Number of these collisions for each answer of each reference driver."""
     by_system: tuple["SystemShare", ...] = ()
     """Avoidable collisions within the ranges of the system's own params, as far as the search chose these."""
+    by_driver: dict[str, dict[Answer, int]] = field(default_factory=dict)
+    """Number of these collisions for each answer of each reference driver."""
 
     @property
     def avoidable(self) -> int:
@@ -178,7 +178,7 @@ def driven_again(
 def judged_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
 ) -> tuple[Judged | None, ...]:
-    """Return what the reference drivers of the config say of the worst rollout of each row; None as in
+    """Return the answers of the reference drivers of the config to the worst rollout of each row; None as in
     `driven_again`.
     """
     hit, scenes = _collided_again(program, evaluations, rows, config)
@@ -209,7 +209,7 @@ def avoided(program: Program, evaluations: Evaluations, blame: Ints, config: Con
     by = Counter(answer.avoidance for answer in known)
     avoidable = (blame == Blame.AVOIDABLE).any(axis=1)
     shares = _system_shares(program.space, evaluations.genomes[avoidable])
-    return Avoided(len(known), dict(sorted(by.items())), _by_driver(program, evaluations, rows, config), shares)
+    return Avoided(len(known), dict(sorted(by.items())), shares, _by_driver(program, evaluations, rows, config))
 
 
 def _by_driver(
