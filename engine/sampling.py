@@ -257,8 +257,9 @@ def recipe_of(program: Program) -> Recipe:
         requirements=code.requirement_segment.shape[1],
         reasons=program.first_built_in,
     )
+    flat = code._replace(scene_code=code.scene_code.ravel())
     return Recipe(
-        _plain(code), _plain(program.road), _draws_needed(code, layout), decided_by_genes(code, layout), layout
+        _plain(flat), _plain(program.road), _draws_needed(code, layout), decided_by_genes(code, layout), layout
     )
 
 
