@@ -221,8 +221,7 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
 
 def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scenes]:
     """All scenes, some at a time; of those that are driven, whole blocks."""
-    from engine.feasibility.pruning import pruner_that_pays
-    from engine.sampling import draw_genomes, rows_at_once, sample
+    from engine.sampling import draw_genomes, pruner_that_pays, rows_at_once, sample
     from engine.streams import key_rows
 
     program, config, driver = scenario.program, scenario.config.simulation, scenario.config.driver

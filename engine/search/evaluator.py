@@ -18,7 +18,7 @@ from engine.outcomes import MEASURED, Assessment, Outcomes, Result, Retention
 from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
 from engine.run_count import report_runs
-from engine.sampling import sample
+from engine.sampling import pruner_that_pays, sample
 from engine.scenes import Scenes
 from engine.search.chain import canonical
 from engine.search.evaluations import Evaluations
@@ -72,8 +72,6 @@ def make_evaluator(
 def _pruner(program: Program, config: Config) -> "Pruner | None":
     if not config.simulation.prune:
         return None
-    from engine.feasibility.pruning import pruner_that_pays
-
     return pruner_that_pays(program)
 
 

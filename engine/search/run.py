@@ -66,6 +66,8 @@ class Past:
     """Duration of these generations [s]."""
     number: int | None = None
     """Number of the method in the stream keys; None: the number of its name."""
+    whole: Evaluations | None = None
+    """The generations as one table, if it is there."""
 
 
 NO_PAST = Past()
@@ -101,7 +103,7 @@ def run_campaign(
     number = method_number(task.method) if past.number is None else past.number
     start = perf_counter() - past.spent
     done: list[Done] = []
-    rows = Rows[Evaluations]()
+    rows = Rows(past.whole)
     best: Case | None = None
     least = (math.inf, math.inf)
     simulations = 0
