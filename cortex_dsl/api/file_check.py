@@ -1,7 +1,6 @@
 """Test of one scenario file: its runs, the limits that they break, and the first run that breaks each.
 
-A file that leaves nothing to chance is run once. Any other file is run with successive seeds: run i of seed S is that
-of `cortexc FILE --seed N` with N = S * SEEDS + i - 1, so that this command repeats it.
+A file that leaves nothing to chance is run once, any other with successive seeds (`cortex_dsl.api.seeded_runs`).
 """
 
 import os
@@ -13,33 +12,23 @@ from shlex import join
 
 import numpy as np
 
-from cortex_dsl.api.limits import BUDGET, MOST_RUNS, Budget, budget_of
-from cortex_dsl.api.scenario import NO_SCENE, Scenario, load
+from cortex_dsl.api.limits import BUDGET, Budget, budget_of
+from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.api.scenario_files import ScenarioFile
-from cortex_dsl.api.scenario_mistakes import failure_of
+from cortex_dsl.api.seeded_runs import BLOCK, RunBlock, SeededRuns, contacts_of_ego
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.gate_report import Check, FailedRun, FileResult, Kind, Measured, Status
 from cortex_dsl.report.findings.story import end_of
 from engine.config import Config
-from engine.dependence import leaves_nothing_to_chance
 from engine.driving.blocks import Driver
 from engine.errors import ControllerError
 from engine.gates.bounds import Bound, bounded_values
 from engine.gates.decision import UNDECIDED, Answer, RateDecision, decide_rate
-from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Scenes
-from engine.streams import single_keys
-from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import EndReason, Sense, Verdict
+from engine.tables import Bools, Floats
+from engine.vocabulary import Sense, Verdict
 
-BLOCK = 256
-"""Runs between two looks at a probability, and scenes in one query to a driver by default."""
-SEEDS = MOST_RUNS
-"""Number of seeds that belong to one seed of a test."""
-SEED_LIMIT = (2**63 - 1) // SEEDS - 1
-"""Largest seed of a test."""
 KMH = 3.6
 CONTACT = "no contact of the ego"
 """Name of the check of a file without an `expect`."""
@@ -148,51 +137,22 @@ def _criteria(program: Program, plan: GatePlan, *, kept: bool) -> tuple[_Criteri
     return (*expects, *contacts, *(_Criterion(bound.text, Kind.BOUND, bound=bound) for bound in plan.bounds))
 
 
-@dataclass(frozen=True)
-class _Block:
-    """Finished runs in a row."""
-
-    numbers: Ints
-    """(n,) Numbers of the runs, from 1."""
-    seeds: Ints | None
-    scenes: Scenes
-    outcomes: Outcomes
-    failures: tuple[ControllerError, ...] = ()
-
-    def seed(self, row: int) -> int | None:
-        return None if self.seeds is None else int(self.seeds[row])
-
-
 class _Testing:
     """Runs of one file, and what they broke."""
 
     def __init__(self, scenario: Scenario, plan: GatePlan, result: FileResult) -> None:
         self.scenario, self.plan = scenario, plan
         self.program = scenario.program
-        self.kept = leaves_nothing_to_chance(self.program)
-        self.criteria = _criteria(self.program, plan, kept=self.kept)
+        self.drawn = SeededRuns(scenario, plan.seed, plan.driver, plan.jobs)
+        self.criteria = _criteria(self.program, plan, kept=self.drawn.kept)
         self.counts = [_Count() for _ in self.criteria]
         self.lost = _Count()
         self.runs = self.valid = 0
         self.last = Verdict.VALID
         """Verdict of the last run that does not count."""
-        self.driver = self._driver()
         unused = plan.driver is not None and not self.program.controls
         remarks = ("nobody in it is driven from outside, so that --ego has no effect",) if unused else ()
-        self.result = replace(result, kept=self.kept, remarks=remarks)
-
-    def _driver(self) -> Driver | None:
-        """Return the driver of the plan with an empty history; None if the file has no controller.
-
-        Raises:
-            ControllerError: it does not fit the controllers of the file.
-        """
-        if self.plan.driver is None or not self.program.controls:
-            return None
-        from engine.driving.controllers import controllers_of
-
-        controllers_of(self.program, self.plan.driver.given)
-        return self.plan.driver.without_history()
+        self.result = replace(result, kept=self.drawn.kept, remarks=remarks)
 
     def finished(self, until: float, on_runs: OnRuns | None) -> FileResult:
         """Return the result after all runs; `until` is the time at which they end, by the monotonic clock [s].
@@ -200,14 +160,14 @@ class _Testing:
         Raises:
             CompileError: a run met a mistake of the file.
         """
-        budget = 1 if self.kept else self.plan.budget.runs
+        budget = 1 if self.drawn.kept else self.plan.budget.runs
         while self.runs < budget and not self._is_settled() and (not self.runs or time.monotonic() < until):
             try:
-                self._take(self._block(min(BLOCK, budget - self.runs)))
+                self._take(self.drawn.block(self.runs, min(BLOCK, budget - self.runs), hopeful=self.valid > 0))
             except ControllerError as error:
-                if self.driver is None:
+                if self.drawn.driver is None:
                     raise
-                self._lose(FailedRun(self.runs + 1, self._seed(self.runs), event=error.message))
+                self._lose(FailedRun(self.runs + 1, self.drawn.seed(self.runs), event=error.message))
                 self.runs += 1
                 break
             if on_runs is not None:
@@ -223,44 +183,16 @@ class _Testing:
             for criterion, count in zip(self.criteria, self.counts, strict=True)
         )
 
-    def _seed(self, index: int) -> int | None:
-        return None if self.kept else self.plan.seed * SEEDS + index
-
     # -- runs
 
-    def _block(self, count: int) -> _Block:
-        """Draw and run the next scenes.
-
-        Raises:
-            ControllerError: the driver fails everywhere.
-        """
-        config, jobs = self.scenario.config, self.plan.jobs
-        numbers = np.arange(self.runs + 1, self.runs + count + 1)
-        seeds = None if self.kept else self.plan.seed * SEEDS + numbers - 1
-        if seeds is None:
-            stream = self.program.settings.stream
-            scenes = replace(self.scenario, config=replace(config, driver=None)).scene_of_seed(None if stream else 0)
-        else:
-            scenes = draw_scenes(self.scenario, seeds, jobs, hopeful=self.valid > 0)
-        if self.driver is None:
-            return _Block(numbers, seeds, scenes, self.scenario.simulate(scenes, jobs=jobs))
-        done = self.driver.drive(self.program, scenes, config.simulation, config.contact, jobs)
-        return _Block(numbers, seeds, done.scenes, done.outcomes, done.failures)
-
-    def _take(self, block: _Block) -> None:
+    def _take(self, block: RunBlock) -> None:
         """Judge the runs of a block.
 
         Raises:
             CompileError: a run met a mistake of the file.
         """
+        self.drawn.check(block)
         verdict = block.outcomes.verdict
-        for row in np.flatnonzero(verdict == Verdict.ERROR)[:1].tolist():
-            diagnostic = failure_of(
-                self.scenario.compiled, self.scenario.config.simulation, block.scenes, block.outcomes, row
-            )
-            if diagnostic is None:
-                raise RuntimeError(f"run {block.numbers[row]} of {self.result.path} failed")
-            raise CompileError(self.scenario.compiled.source, [diagnostic])
         valid = verdict == Verdict.VALID
         self.runs += len(verdict)
         self.valid += int(valid.sum())
@@ -280,7 +212,7 @@ class _Testing:
         self.lost.failures += count
         self.lost.first = self.lost.first or first
 
-    def _judge(self, criterion: _Criterion, count: _Count, block: _Block, valid: Bools) -> None:
+    def _judge(self, criterion: _Criterion, count: _Count, block: RunBlock, valid: Bools) -> None:
         """Add the runs of a block to the count of a criterion; a decision on a probability stands."""
         if count.decision.answer is not Answer.OPEN:
             return
@@ -293,7 +225,7 @@ class _Testing:
         if criterion.limit is not None:
             count.decision = decide_rate(count.failures, count.runs, criterion.limit)
 
-    def _values(self, criterion: _Criterion, block: _Block) -> Floats | None:
+    def _values(self, criterion: _Criterion, block: RunBlock) -> Floats | None:
         if criterion.bound is None:
             return None
         return bounded_values(criterion.bound, self.program, block.scenes, block.outcomes, self._config())
@@ -302,15 +234,15 @@ class _Testing:
         config = self.scenario.config
         return replace(config, search=replace(config.search, jobs=self.plan.jobs))
 
-    def _broken(self, criterion: _Criterion, block: _Block, values: Floats | None) -> Bools:
+    def _broken(self, criterion: _Criterion, block: RunBlock, values: Floats | None) -> Bools:
         outcomes = block.outcomes
         if criterion.bound is not None and values is not None:
             return ~criterion.bound.holds(values)
         if criterion.kind is Kind.EXPECT:
             return outcomes.broken[:, criterion.column] == 1.0
-        return outcomes.collided | (outcomes.end_reason == EndReason.BUILDING)
+        return contacts_of_ego(outcomes)
 
-    def _failed(self, criterion: _Criterion, block: _Block, row: int, values: Floats | None) -> FailedRun:
+    def _failed(self, criterion: _Criterion, block: RunBlock, row: int, values: Floats | None) -> FailedRun:
         """Return the numbers of a run that breaks a criterion."""
         outcomes, numbers = block.outcomes, list[Measured]()
         if criterion.bound is not None and values is not None:
@@ -336,7 +268,7 @@ class _Testing:
     def _checks(self) -> tuple[Check, ...]:
         counted = zip(self.criteria, self.counts, strict=True)
         checks = [self._check(criterion, count) for criterion, count in counted] if self.valid else []
-        if self.driver is not None:
+        if self.drawn.driver is not None:
             status = Status.FAIL if self.lost.failures else Status.PASS
             parts = CONTROLLER, Kind.CONTROLLER, status, self.lost.runs, self.lost.failures
             checks.append(Check(*parts, first=self.lost.first, replay=self._replay(self.lost.first)))
@@ -374,7 +306,7 @@ class _Testing:
         if first is None:
             return ""
         seed = [] if first.seed is None else ["--seed", str(first.seed)]
-        words = self.plan.replay if self.driver is not None else ()
+        words = self.plan.replay if self.drawn.driver is not None else ()
         return join(["cortexc", as_argument(Path(self.result.path)), *seed, *words])
 
     def _no_scene(self) -> str:
@@ -393,44 +325,3 @@ NO_RUN = {
     Verdict.ABORTED: "no run counts: each broke a requirement on the run",
 }
 """Reasons by the verdict of the last run."""
-
-
-# -- scenes by their seeds ---------------------------------------------------------------------------------------------
-
-
-def draw_scenes(scenario: Scenario, seeds: Ints, jobs: int = 1, *, hopeful: bool = False) -> Scenes:
-    """Return the scene of `cortexc FILE --seed N` for each of the seeds (n,); it is not valid if no genome allows one.
-
-    If no first genome allows a scene, only the first seed tries further ones, unless `hopeful`: some scene is known to
-    exist.
-    """
-    from engine.feasibility import remembered
-    from engine.sampling import draw_genomes, sample
-
-    program, config = scenario.program, scenario.config.simulation
-    scenes: Scenes | None = None
-    waiting, doubtful = np.arange(len(seeds)), False
-    for key in single_keys(program, 0):
-        keys = np.repeat(key, len(waiting), axis=0)
-        keys[:, 0] = seeds[waiting]
-        drawn = sample(program, draw_genomes(program.space, keys), keys, config, jobs)
-        failed = np.isin(drawn.verdict, NO_SCENE)
-        if scenes is None:
-            scenes, doubtful = drawn, bool(failed.all()) and not hopeful
-            failed[1:] &= not doubtful
-        else:
-            _overwrite(scenes, drawn, waiting)
-        waiting = waiting[failed]
-        if not len(waiting) or (doubtful and remembered(program).infeasible):
-            break
-    assert scenes is not None
-    if doubtful and scenes.verdict[0] not in NO_SCENE and len(seeds) > 1:
-        return draw_scenes(scenario, seeds, jobs, hopeful=True)
-    return scenes
-
-
-def _overwrite(scenes: Scenes, drawn: Scenes, rows: Ints) -> None:
-    """Write drawn scenes into some rows."""
-    for name in Scenes.__dataclass_fields__:
-        if name != "actions":
-            getattr(scenes, name)[rows] = getattr(drawn, name)

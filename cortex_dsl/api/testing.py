@@ -11,9 +11,10 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.api.file_check import SEED_LIMIT, GatePlan, OnRuns, Prepare, check_file
+from cortex_dsl.api.file_check import GatePlan, OnRuns, Prepare, check_file
 from cortex_dsl.api.limits import BUDGET, bound_of, budget_of, probability_of
 from cortex_dsl.api.scenario_files import ScenarioFile, scenario_files
+from cortex_dsl.api.seeded_runs import SEED_LIMIT
 from cortex_dsl.report.findings.gate_report import FileResult, GateReport, Kind
 from engine.driving.named import driver_of
 from engine.errors import ArgumentError

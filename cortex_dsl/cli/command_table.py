@@ -137,6 +137,13 @@ def _test() -> Command:
     return TEST
 
 
+@_subcommand("coverage", "cells of the domains: covered, impossible, untried …", "FILE")
+def _coverage() -> Command:
+    from cortex_dsl.cli.coverage import COVERAGE
+
+    return COVERAGE
+
+
 @_subcommand("study", "many runs of several methods, compared run by run", "[FILES]")
 def _study() -> Command:
     from cortex_dsl.cli.study import STUDY

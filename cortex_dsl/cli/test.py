@@ -42,7 +42,7 @@ SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 
 
 @contextmanager
-def _usage_errors() -> Generator[None]:
+def limit_errors() -> Generator[None]:
     """Turn a mistake on the command line or in a path into a UsageError."""
     from cortex_dsl.api.baseline import BaselineError
     from cortex_dsl.api.scenario_files import NoSuchPathError
@@ -55,13 +55,13 @@ def _usage_errors() -> Generator[None]:
         raise UsageError(error.message, error.cure) from error
 
 
-def _read_by(name: str) -> Callable[[str], Any]:
+def read_by(name: str) -> Callable[[str], Any]:
     """Return the parser of a value by a function of `cortex_dsl.api.limits`."""
 
     def parse(text: str) -> Any:
         from cortex_dsl.api import limits
 
-        with _usage_errors():
+        with limit_errors():
             return getattr(limits, name)(text)
 
     return parse
@@ -75,7 +75,7 @@ def _test(options: argparse.Namespace, terminal: Terminal) -> int:
     from cortex_dsl.api.baseline import compared, read_baseline, updated
     from cortex_dsl.api.scenario_files import scenario_files
 
-    with _usage_errors():
+    with limit_errors():
         files = scenario_files(options.paths, options.exclude)
         for path in (options.junit, options.summary, options.baseline if options.update_baseline else None):
             _check_output(path)
@@ -258,7 +258,7 @@ TEST = Command(
             missing=("no paths given", "name files or folders, such as `cortexc test scenarios`"),
         ),
         Option("--exclude", "leave out files that match; may be repeated", "GLOB", default=(), collect=_appended),
-        Option("--budget", "runs of each file, or time for all: 2000, 90s (200)", "N", _read_by("budget_of")),
+        Option("--budget", "runs of each file, or time for all: 2000, 90s (200)", "N", read_by("budget_of")),
         replace(SEED, type=whole_number(0, 9_000_000_000)),
         replace(JOBS, help="processes; results never depend on it"),
         *DRIVER,
@@ -266,7 +266,7 @@ TEST = Command(
             "--bound",
             'limit of a result, as in "delta_v <= 10 km/h"; may be repeated',
             "LIMIT",
-            _read_by("bound_of"),
+            read_by("bound_of"),
             default=(),
             collect=_appended,
             group=_LIMITS,
@@ -275,7 +275,7 @@ TEST = Command(
             "--max-probability",
             "largest probability of a failure, decided at 95 %% by --budget runs",
             "P",
-            _read_by("probability_of"),
+            read_by("probability_of"),
             group=_LIMITS,
         ),
         Option(

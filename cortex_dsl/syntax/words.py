@@ -99,6 +99,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("record", "record VALUE as NAME", "Keeps a value at every sample of the run."),
         ("record initial", "record initial VALUE as NAME", "Keeps a value at the start of the run."),
         ("record final", "record final VALUE as NAME", "Keeps a value at the end of the run."),
+        ("domain", "domain NAME VALUE at start in CELLS", "Cells of a value for coverage; changes no run."),
         ("mutate", "mutate OBJECTS by AMOUNT", "Noise on places and headings of objects; of all, if none is named."),
         ("override", "override OBJECT with PROPERTY VALUE", "Changes an object while this scenario runs."),
     ),
