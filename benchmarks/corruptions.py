@@ -31,7 +31,7 @@ from engine.search.store import JOURNAL, StoreError
 PAGE = 4096
 TIME_LIMIT = 20
 """For reading one journal [s]."""
-TABLES = ("manifest", "generation", "individual", "simulation", "pace", "status", "action")
+TABLES = ("manifest", "generation", "individual", "simulation", "pace", "status", "action", "blame")
 OUTCOMES = ("refused", "harmless", "silent", "broken")
 Change = Callable[[random.Random, Path], None]
 

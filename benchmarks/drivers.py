@@ -105,7 +105,7 @@ def goes_there(file: str, driver: str) -> bool:
 
 
 def text_of(file: str, driver: str) -> str:
-    """The file with a driver at the wheel of its ego."""
+    """Return the file with a driver for its ego: a row of `DRIVERS`, a template like these, or one from outside."""
     if file in EXAMPLES:
         return _example(file, driver)
     text, start, end, way = _of_suite(file)
@@ -130,11 +130,11 @@ def _example(file: str, driver: str) -> str:
 
 
 def _driver(driver: str, speed: str, way: str | None) -> str:
-    if driver not in DRIVERS:
+    if driver not in DRIVERS and "Behavior(" not in driver:
         return f"ExternalBehavior({'' if way is None else f'trajectory={way}, '}every=0.1 s)"
     if way is None and driver.endswith("blind"):
         return f"FollowLaneBehavior({speed})"
-    call = DRIVERS[driver].format(speed=speed, way=way or "")
+    call = DRIVERS.get(driver, driver).format(speed=speed, way=way or "")
     if way is None:
         call = call.replace("FollowTrajectoryBehavior", "FollowLaneBehavior")
         call = call.replace("GapAcceptanceBehavior", "FollowLaneBehavior")

@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cortex_dsl.api.comparing import compare
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.proofs import prove
     from cortex_dsl.api.resuming import resume
@@ -35,6 +36,7 @@ __all__ = [
     "CortexError",
     "Scenario",
     "__version__",
+    "compare",
     "compile_text",
     "export",
     "load",
@@ -54,6 +56,7 @@ _HOMES = {
     "CompileError": "cortex_dsl.diagnostics",
     "Config": "engine.config",
     "Scenario": "cortex_dsl.api.scenario",
+    "compare": "cortex_dsl.api.comparing",
     "compile_text": "cortex_dsl.api.scenario",
     "export": "cortex_dsl.interchange.exchange",
     "load": "cortex_dsl.api.scenario",

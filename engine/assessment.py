@@ -1,11 +1,11 @@
 """Assessed simulations as a campaign stores them: verdict, counts, metrics and risk, one row per simulation.
 
-`to_arrays` and `from_columns` turn the rows into flat named columns, for the journal and for result files, and back.
+`to_arrays` turns the rows into flat named columns, for the journal and for result files.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar, cast
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +27,7 @@ def map_arrays(table: Table, function: Callable[[Any], Any]) -> Table:
 
 def take(table: Table, rows: Ints | Bools | slice | tuple[Ints, Ints]) -> Table:
     """Return the selected rows of every array; `rows` is an index array, a mask or a slice."""
-
-    def taken(value: Any) -> Any:
-        return cast("NDArray[Any]", value)[rows] if isinstance(value, np.ndarray) else take(value, rows)
-
-    return map_arrays(table, taken)
+    return _each_array(table, lambda array: array[rows])
 
 
 def concatenate(tables: Sequence[Table]) -> Table:
@@ -42,6 +38,49 @@ def concatenate(tables: Sequence[Table]) -> Table:
         parts = [getattr(table, field.name) for table in tables]
         columns[field.name] = np.concatenate(parts) if isinstance(parts[0], np.ndarray) else concatenate(parts)
     return type(first)(**columns)
+
+
+class Rows(Generic[Table]):
+    """The rows of blocks that arrive one after the other, in one table that has room for more.
+
+    A block is copied once or twice in all, and never lies beside a copy of all the others.
+    """
+
+    def __init__(self) -> None:
+        self._arrays: list[NDArray[Any]] = []
+        self._like: Table | None = None
+
+    def put(self, block: Table, first: int) -> None:
+        """Write the rows of a block from row `first` on; rows before it are not touched."""
+        arrays: list[NDArray[Any]] = []
+        _each_array(block, arrays.append)
+        self._arrays = self._arrays or [array[:0] for array in arrays]
+        for number, array in enumerate(arrays):
+            last = first + len(array)
+            if last > len(self._arrays[number]):
+                self._arrays[number] = _with_room(self._arrays[number][:first], last + last // 2)
+            self._arrays[number][first:last] = array
+        self._like = block
+
+    def table(self, count: int) -> Table:
+        """Return the first `count` rows, as views; at least one block was put."""
+        assert self._like is not None
+        arrays = iter(self._arrays)
+        return _each_array(self._like, lambda _: next(arrays)[:count])
+
+
+def _each_array(table: Table, function: Callable[[Any], Any]) -> Table:
+    """Return the table with what `function` makes of every array, also of those of its tables."""
+    return map_arrays(
+        table, lambda value: function(value) if isinstance(value, np.ndarray) else _each_array(value, function)
+    )
+
+
+def _with_room(array: NDArray[Any], rows: int) -> NDArray[Any]:
+    """Return a copy with room for `rows` rows; memory that nothing is written to costs nothing."""
+    larger = np.empty((rows, *array.shape[1:]), dtype=array.dtype)
+    larger[: len(array)] = array
+    return larger
 
 
 # -- flat columns ------------------------------------------------------------------------------------------------------
@@ -69,12 +108,3 @@ def to_arrays(runs: Assessment) -> dict[str, NDArray[Any]]:
 def to_columns(runs: Assessment) -> dict[str, list[float | int]]:
     """Return `to_arrays` with a list in place of each array."""
     return {name: array.tolist() for name, array in to_arrays(runs).items()}
-
-
-def from_columns(columns: Mapping[str, NDArray[Any]], **others: Any) -> Assessment:
-    """Return the table of flat columns: inverse of `to_arrays`. `others` are the arrays that are not columns."""
-    arrays: dict[str, Any] = dict(others)
-    for row in COLUMNS:
-        lists = [columns[name] for name in row.columns]
-        arrays[row.name] = np.array(lists, dtype=row.dtype).T.copy() if row.parts else np.array(lists[0], row.dtype)
-    return Assessment(**arrays)

@@ -132,8 +132,12 @@ def avoidability(
     driver: Driver = R157,
     contact: ContactConfig = CONTACT,
     jobs: int = 1,
+    most_margin: float = math.inf,
 ) -> tuple[Avoidability | None, ...]:
-    """Return one answer per scene; None for a scene that is invalid or without a collision of the ego."""
+    """Return one answer per scene; None for a scene that is invalid or without a collision of the ego.
+
+    A margin of at least `most_margin` [s] may be reported as any other of at least that, which takes fewer drives.
+    """
     shared, rows = plan(program, config, contact), requested(program, scenes)
     reach, independent = weather_sight(program, scenes.variant, scenes.values), ignores_ego(program)
     found = np.full((len(scenes), len(ReferenceDrive._fields)), float(NEVER))
@@ -141,7 +145,8 @@ def avoidability(
     def drive(window: Window) -> None:
         samples = samples_of(config) + 1
         stored = 0 if independent else samples
-        scratch = drive_memory(program, config, samples, independent=independent, stored=stored)
+        patience = math.ceil(min(most_margin / config.time_step + 1.0, samples))
+        scratch = drive_memory(program, config, samples, independent=independent, stored=stored, patience=patience)
         reference_rows(shared, rows, reach, window, scratch, driver, found)
 
     in_parts(len(scenes), jobs, drive)
@@ -180,11 +185,17 @@ def blame(
 
 
 def drive_memory(
-    program: Program, config: SimulationConfig, samples: int, *, independent: bool = False, stored: int = 0
+    program: Program,
+    config: SimulationConfig,
+    samples: int,
+    *,
+    independent: bool = False,
+    stored: int = 0,
+    patience: int | None = None,
 ) -> DriveMemory:
     """Return memory for runs of `samples` samples and `LONGEST` more, with `stored` checkpoints.
 
-    `independent`: the others ignore the ego.
+    `independent`: the others ignore the ego. `patience`: see `DriveMemory`; None: up to contact.
     """
     run, touching = memory(program, samples + math.ceil(LONGEST / config.time_step)), others_touch(program)
     return DriveMemory(
@@ -194,6 +205,7 @@ def drive_memory(
         own=np.zeros((len(run.states), len(State))),
         independent=independent,
         touching=touching,
+        patience=samples if patience is None else patience,
         checkpoints=checkpoints(run, stored, touching=touching),
     )
 

@@ -144,11 +144,11 @@ def sample(
     request = request_of(program, genomes, keys, config.max_attempts)
     ledger = _empty_ledger(program, recipe.layout, len(keys))
     if config.prune and prune is None:
-        from engine.feasibility.pruning import pruner
+        from engine.feasibility.pruning import pruner_that_pays
 
-        prune = pruner(program)
+        prune = pruner_that_pays(program)
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
-    confiner = _Confiner(prune, genomes) if config.prune and prune else None
+    confiner = _Confiner(prune, genomes) if config.prune and prune and prune.pays else None
     _run_chunks(recipe, request, ledger, jobs, confiner)
     if program.settings.fair:
         from engine.fairness import draw_until_fair

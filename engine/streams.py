@@ -134,6 +134,13 @@ def format_key(key: Iterable[int]) -> str:
     return ".".join([str(fields.seed), _method_text(fields.method), *map(str, fields[2:])])
 
 
+def format_keys(keys: Ints) -> list[str]:
+    """Return the text of each key (n, 6), as `format_key` does."""
+    check_keys(keys)
+    methods = {method: _method_text(method) for method in set(keys[:, 1].tolist())}
+    return [".".join((str(seed), methods[method], *map(str, rest))) for seed, method, *rest in keys.tolist()]
+
+
 def scene_in_words(key: Iterable[int]) -> str:
     """Return `generation 2, place 31` for a search, `scene 7` for a sample, "" for a single run."""
     fields = StreamKey(*(int(value) for value in key))

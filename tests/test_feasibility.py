@@ -11,7 +11,13 @@ from hypothesis import strategies as st
 from cortex_dsl import compile_text, load
 from engine.config import SimulationConfig
 from engine.feasibility import Feasibility, explain
-from engine.feasibility.pruning import infeasible, pruner
+from engine.feasibility.pruning import (
+    MANY_ATTEMPTS,
+    attempts_for_a_scene,
+    infeasible,
+    pruner,
+    pruner_that_pays,
+)
 from engine.program import Program
 from engine.sampling import draw_genomes, groups_of, sample, uniform_genomes
 from engine.scenes import Scenes
@@ -260,3 +266,21 @@ def test_a_genome_outside_its_box_is_not_pruned() -> None:
     bounds = pruner(program).bounds(np.array([[-3.0], [4.5]]), np.zeros(2, dtype=np.int64))
     assert bounds.mass[0] == 1.0
     assert bounds.mass[1] == pytest.approx(0.5, abs=0.02)
+
+
+SIMPLE = "map intersection(ways=4, lanes=1)\nx = Range(0, 10)\nego = new Car at (0, -30)\nrequire x > 5\n"
+
+
+def test_where_scenes_need_few_attempts_nothing_is_pruned() -> None:
+    """The choice counts attempts, not time: it is the same for every genome, and a scene is then the one without."""
+    few, many = compile_text(SIMPLE).program, load(EXAMPLES[0]).program
+    assert attempts_for_a_scene(few) < 5 < MANY_ATTEMPTS <= attempts_for_a_scene(many)
+    assert [pruner_that_pays(program).pays for program in (few, many)] == [False, True]
+    keys = key_rows(3, Method.SAMPLE, 0, 0, range(200))
+    for program, same in ((few, True), (many, False)):
+        genomes = draw_genomes(program.space, keys)
+        plain, chosen = (sample(program, genomes, keys, replace(PRUNED, prune=prune)) for prune in (False, True))
+        assert np.array_equal(plain.attempts, chosen.attempts) == same
+        assert np.array_equal(plain.values, chosen.values, equal_nan=True) == same
+        parts = [sample(program, genomes[[row]], keys[[row]], PRUNED).values for row in range(0, 200, 40)]
+        np.testing.assert_array_equal(np.concatenate(parts), chosen.values[::40])

@@ -7,7 +7,7 @@ more requirement, and by the instants at which the runs ended. Prints nothing.
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,17 @@ import numpy as np
 from cortex_dsl import ir
 from cortex_dsl.api.limits import Budget, budget_of
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.api.seeded_runs import BLOCK, SEEDS, RunBlock, SeededRuns, contacts_of_ego
+from cortex_dsl.api.seeded_runs import (
+    BLOCK,
+    OnRuns,
+    check_mistake,
+    draw_scenes,
+    drive,
+    fitting_driver,
+    only_scene,
+    seeds_of,
+    touched,
+)
 from cortex_dsl.files import DISK
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.plain_text import as_argument
@@ -34,6 +44,7 @@ from cortex_dsl.report.findings.coverage_report import (
 from cortex_dsl.report.findings.story import end_of, end_text
 from cortex_dsl.semantics.acting.domains import OBJECTIVE, requirement_name
 from cortex_dsl.source import Source
+from engine.dependence import leaves_nothing_to_chance
 from engine.driving.blocks import Driver
 from engine.errors import ArgumentError
 from engine.feasibility.explanation import conflict_of, slices_of
@@ -42,6 +53,7 @@ from engine.gates.coverage import MISSING, MOST_CELLS, Counted, cells_in, count_
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES, assess
+from engine.scenes import Scenes
 from engine.search.statistics import clopper_pearson
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Sense, Verdict
@@ -55,8 +67,6 @@ ALONE = 400
 """Maximum number of cells with a program of their own, whose proofs are stronger than those of a program for many."""
 EVENTS = 3
 """Maximum number of events that are listed for a blocked cell."""
-
-OnRuns = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -151,42 +161,45 @@ class _Coverage:
 
     def drawn(self, on_runs: OnRuns | None) -> _Drawn:
         """Return the independent runs."""
-        scenario = self.scenario
-        compiled = replace(scenario.compiled, program=self.compiled(ir.DomainUse()))
-        runs = SeededRuns(scenario, self.plan.seed, self.plan.driver, self.plan.jobs)
-        measured = SeededRuns(replace(scenario, compiled=compiled), self.plan.seed, None, self.plan.jobs)
-        budget = 1 if runs.kept else self.plan.budget.runs
-        until = time.monotonic() + self.plan.budget.seconds
+        scenario, plan, kept = self.scenario, self.plan, leaves_nothing_to_chance(self.program)
+        program = self.compiled(ir.DomainUse())
+        measuring = replace(scenario, compiled=replace(scenario.compiled, program=program))
+        driver = fitting_driver(self.program, plan.driver)
+        budget, until = 1 if kept else plan.budget.runs, time.monotonic() + plan.budget.seconds
         parts: list[tuple[Ints, Ints, Bools, Floats, Ints]] = []
         texts: dict[int, str] = {}
-        made = lost = kept = 0
+        made = valid = 0
         while made < budget and (not made or time.monotonic() < until):
-            count = min(BLOCK, budget - made)
-            block = runs.block(made, count, hopeful=kept > 0)
-            runs.check(block)
-            outcomes = block.outcomes
-            valid = np.flatnonzero(outcomes.verdict == Verdict.VALID)
-            values = _values(measured, block, made, hopeful=kept > 0)
+            numbers = np.arange(made + 1, made + min(BLOCK, budget - made) + 1)
+            seeds = None if kept else seeds_of(plan.seed, numbers)
+            done = drive(scenario, driver, self._scenes(scenario, seeds, hopeful=valid > 0), plan.jobs)
+            check_mistake(scenario, done, self.path)
+            outcomes = done.outcomes
+            again = replace(self._scenes(measuring, seeds, hopeful=valid > 0), actions=done.scenes.actions)
+            places = self._places(_values(program, measuring.simulate(again, jobs=plan.jobs)))
             failed, severity = self._judged(outcomes)
             ends = np.stack([outcomes.end_reason, outcomes.end_rule], axis=1)
-            for offset, row in enumerate(valid.tolist()):
-                texts[kept + offset] = end_of(self.program, outcomes, row).text
-            places = self._places(values)
-            parts.append(tuple(each[valid] for each in (block.numbers, places, failed, severity, ends)))
-            made, kept, lost = made + count, kept + len(valid), lost + count - len(valid)
+            rows = np.flatnonzero(outcomes.verdict == Verdict.VALID)
+            texts |= {valid + i: end_of(self.program, outcomes, row).text for i, row in enumerate(rows.tolist())}
+            parts.append((numbers[rows], places[rows], failed[rows], severity[rows], ends[rows]))
+            made, valid = made + len(numbers), valid + len(rows)
             if on_runs is not None:
                 on_runs(made, budget)
-            if not kept:
+            if not valid:
                 break
         numbers, places, failed, severity, ends = (np.concatenate(each) for each in zip(*parts, strict=True))
-        return _Drawn(numbers, places, failed, severity, ends, texts, lost, runs.kept)
+        return _Drawn(numbers, places, failed, severity, ends, texts, made - valid, kept)
+
+    def _scenes(self, scenario: Scenario, seeds: Ints | None, *, hopeful: bool) -> Scenes:
+        """Draw the scenes of some seeds, or the only scene."""
+        return only_scene(scenario) if seeds is None else draw_scenes(scenario, seeds, self.plan.jobs, hopeful=hopeful)
 
     def _judged(self, outcomes: Outcomes) -> tuple[Bools, Floats]:
         """Return (n,) failures, and how bad each run is."""
         if self.expects:
             failed = (outcomes.broken[:, self.expects] == 1.0).any(axis=1)
             return failed, -outcomes.sought[:, self.expects].min(axis=1)
-        return contacts_of_ego(outcomes), np.asarray(assess(outcomes, PROFILES["paper"]).continuous, np.float64)
+        return touched(outcomes), np.asarray(assess(outcomes, PROFILES["paper"]).continuous, np.float64)
 
     def _places(self, values: Floats) -> Ints:
         """Return (n, domains) the cells of the runs."""
@@ -248,7 +261,7 @@ class _Coverage:
 
     def _covered(self, domains: tuple[int, ...], cells: tuple[int, ...], here: Counted, drawn: _Drawn) -> CellResult:
         number = int(drawn.numbers[here.worst])
-        seed = None if drawn.is_kept else self.plan.seed * SEEDS + number - 1
+        seed = None if drawn.is_kept else int(seeds_of(self.plan.seed, np.array([number]))[0])
         words = [] if seed is None else ["--seed", str(seed)]
         replay = join(["cortexc", as_argument(Path(self.path)), *words, *self.plan.replay])
         worst = Worst(number, seed, drawn.texts[here.worst], replay)
@@ -286,15 +299,13 @@ class _Coverage:
             yield replace(each, low=low, high=high)
 
 
-def _values(measured: SeededRuns, block: RunBlock, index: int, *, hopeful: bool) -> Floats:
-    """Return (n, domains) the values of all domains in the runs of a block; NaN where a run has none."""
-    scenes = measured.scenes(index, len(block.numbers), hopeful=hopeful)
-    scenes = replace(scenes, actions=block.scenes.actions)
-    outcomes, program = measured.scenario.simulate(scenes, jobs=measured.jobs), measured.scenario.program
-    columns = [i for i, each in enumerate(program.judged.objectives) if each.name.startswith(OBJECTIVE)]
-    columns.sort(key=lambda i: int(program.judged.objectives[i].name.removeprefix(OBJECTIVE)))
+def _values(program: Program, outcomes: Outcomes) -> Floats:
+    """Return (n, domains) the values of all domains in runs of a program that measures them; NaN for none."""
+    columns = {each.name: number for number, each in enumerate(program.judged.objectives)}
+    count = sum(name.startswith(OBJECTIVE) for name in columns)
+    chosen = [columns[f"{OBJECTIVE}{domain}"] for domain in range(count)]
     valid = (outcomes.verdict == Verdict.VALID)[:, np.newaxis]
-    return np.where(valid, outcomes.sought[:, columns], np.nan)
+    return np.where(valid, outcomes.sought[:, chosen], np.nan)
 
 
 # -- proofs ------------------------------------------------------------------------------------------------------------

@@ -1,11 +1,10 @@
 """Test of one scenario file: its runs, the limits that they break, and the first run that breaks each.
 
-A file that leaves nothing to chance is run once, any other with successive seeds (`cortex_dsl.api.seeded_runs`).
+A file that leaves nothing to chance is run once, any other file with successive seeds (`cortex_dsl.api.seeded_runs`).
 """
 
 import os
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shlex import join
@@ -15,28 +14,36 @@ import numpy as np
 from cortex_dsl.api.limits import BUDGET, Budget, budget_of
 from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.api.scenario_files import ScenarioFile
-from cortex_dsl.api.seeded_runs import BLOCK, RunBlock, SeededRuns, contacts_of_ego
+from cortex_dsl.api.seeded_runs import (
+    BLOCK,
+    CONTACT,
+    OnRuns,
+    Prepare,
+    check_mistake,
+    draw_scenes,
+    drive,
+    end_numbers,
+    fitting_driver,
+    no_run_text,
+    only_scene,
+    seeds_of,
+    touched,
+)
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.gate_report import Check, FailedRun, FileResult, Kind, Measured, Status
-from cortex_dsl.report.findings.story import end_of
 from engine.config import Config
-from engine.driving.blocks import Driver
+from engine.dependence import leaves_nothing_to_chance
+from engine.driving.blocks import Driven, Driver
 from engine.errors import ControllerError
 from engine.gates.bounds import Bound, bounded_values
 from engine.gates.decision import UNDECIDED, Answer, RateDecision, decide_rate
+from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.tables import Bools, Floats
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Sense, Verdict
 
-KMH = 3.6
-CONTACT = "no contact of the ego"
-"""Name of the check of a file without an `expect`."""
 CONTROLLER = "controller"
-
-OnRuns = Callable[[int, int], None]
-"""Callback with the finished runs and the budget of the file that is running in this process."""
-Prepare = Callable[[Scenario], None]
 
 
 @dataclass(frozen=True)
@@ -137,22 +144,40 @@ def _criteria(program: Program, plan: GatePlan, *, kept: bool) -> tuple[_Criteri
     return (*expects, *contacts, *(_Criterion(bound.text, Kind.BOUND, bound=bound) for bound in plan.bounds))
 
 
+@dataclass(frozen=True)
+class _Block:
+    """Finished runs in a row."""
+
+    numbers: Ints
+    """(n,) Numbers of the runs, from 1."""
+    seeds: Ints | None
+    done: Driven
+
+    @property
+    def outcomes(self) -> Outcomes:
+        return self.done.outcomes
+
+    def seed(self, row: int) -> int | None:
+        return None if self.seeds is None else int(self.seeds[row])
+
+
 class _Testing:
     """Runs of one file, and what they broke."""
 
     def __init__(self, scenario: Scenario, plan: GatePlan, result: FileResult) -> None:
         self.scenario, self.plan = scenario, plan
         self.program = scenario.program
-        self.drawn = SeededRuns(scenario, plan.seed, plan.driver, plan.jobs)
-        self.criteria = _criteria(self.program, plan, kept=self.drawn.kept)
+        self.kept = leaves_nothing_to_chance(self.program)
+        self.criteria = _criteria(self.program, plan, kept=self.kept)
         self.counts = [_Count() for _ in self.criteria]
         self.lost = _Count()
         self.runs = self.valid = 0
         self.last = Verdict.VALID
         """Verdict of the last run that does not count."""
+        self.driver = fitting_driver(self.program, plan.driver)
         unused = plan.driver is not None and not self.program.controls
         remarks = ("nobody in it is driven from outside, so that --ego has no effect",) if unused else ()
-        self.result = replace(result, kept=self.drawn.kept, remarks=remarks)
+        self.result = replace(result, kept=self.kept, remarks=remarks)
 
     def finished(self, until: float, on_runs: OnRuns | None) -> FileResult:
         """Return the result after all runs; `until` is the time at which they end, by the monotonic clock [s].
@@ -160,14 +185,14 @@ class _Testing:
         Raises:
             CompileError: a run met a mistake of the file.
         """
-        budget = 1 if self.drawn.kept else self.plan.budget.runs
+        budget = 1 if self.kept else self.plan.budget.runs
         while self.runs < budget and not self._is_settled() and (not self.runs or time.monotonic() < until):
             try:
-                self._take(self.drawn.block(self.runs, min(BLOCK, budget - self.runs), hopeful=self.valid > 0))
+                self._take(self._block(min(BLOCK, budget - self.runs)))
             except ControllerError as error:
-                if self.drawn.driver is None:
+                if self.driver is None:
                     raise
-                self._lose(FailedRun(self.runs + 1, self.drawn.seed(self.runs), event=error.message))
+                self._lose(FailedRun(self.runs + 1, self._seed(self.runs), event=error.message))
                 self.runs += 1
                 break
             if on_runs is not None:
@@ -183,15 +208,32 @@ class _Testing:
             for criterion, count in zip(self.criteria, self.counts, strict=True)
         )
 
+    def _seed(self, index: int) -> int | None:
+        return None if self.kept else int(seeds_of(self.plan.seed, np.array([index + 1]))[0])
+
     # -- runs
 
-    def _take(self, block: RunBlock) -> None:
+    def _block(self, count: int) -> _Block:
+        """Draw and run the next scenes.
+
+        Raises:
+            ControllerError: the driver fails everywhere.
+        """
+        numbers = np.arange(self.runs + 1, self.runs + count + 1)
+        if self.kept:
+            seeds, scenes = None, only_scene(self.scenario)
+        else:
+            seeds = seeds_of(self.plan.seed, numbers)
+            scenes = draw_scenes(self.scenario, seeds, self.plan.jobs, hopeful=self.valid > 0)
+        return _Block(numbers, seeds, drive(self.scenario, self.driver, scenes, self.plan.jobs))
+
+    def _take(self, block: _Block) -> None:
         """Judge the runs of a block.
 
         Raises:
             CompileError: a run met a mistake of the file.
         """
-        self.drawn.check(block)
+        check_mistake(self.scenario, block.done, self.result.path)
         verdict = block.outcomes.verdict
         valid = verdict == Verdict.VALID
         self.runs += len(verdict)
@@ -202,7 +244,7 @@ class _Testing:
         self.lost.runs += int(valid.sum()) + len(lost)
         if len(lost):
             row = int(lost[0])
-            event = block.failures[0].what if block.failures else "the driver failed"
+            event = block.done.failures[0].what if block.done.failures else "the driver failed"
             self._lose(FailedRun(int(block.numbers[row]), block.seed(row), event=event), len(lost))
         for criterion, count in zip(self.criteria, self.counts, strict=True):
             self._judge(criterion, count, block, valid)
@@ -212,7 +254,7 @@ class _Testing:
         self.lost.failures += count
         self.lost.first = self.lost.first or first
 
-    def _judge(self, criterion: _Criterion, count: _Count, block: RunBlock, valid: Bools) -> None:
+    def _judge(self, criterion: _Criterion, count: _Count, block: _Block, valid: Bools) -> None:
         """Add the runs of a block to the count of a criterion; a decision on a probability stands."""
         if count.decision.answer is not Answer.OPEN:
             return
@@ -225,24 +267,24 @@ class _Testing:
         if criterion.limit is not None:
             count.decision = decide_rate(count.failures, count.runs, criterion.limit)
 
-    def _values(self, criterion: _Criterion, block: RunBlock) -> Floats | None:
+    def _values(self, criterion: _Criterion, block: _Block) -> Floats | None:
         if criterion.bound is None:
             return None
-        return bounded_values(criterion.bound, self.program, block.scenes, block.outcomes, self._config())
+        return bounded_values(criterion.bound, self.program, block.done.scenes, block.outcomes, self._config())
 
     def _config(self) -> Config:
         config = self.scenario.config
         return replace(config, search=replace(config.search, jobs=self.plan.jobs))
 
-    def _broken(self, criterion: _Criterion, block: RunBlock, values: Floats | None) -> Bools:
+    def _broken(self, criterion: _Criterion, block: _Block, values: Floats | None) -> Bools:
         outcomes = block.outcomes
         if criterion.bound is not None and values is not None:
             return ~criterion.bound.holds(values)
         if criterion.kind is Kind.EXPECT:
             return outcomes.broken[:, criterion.column] == 1.0
-        return contacts_of_ego(outcomes)
+        return touched(outcomes)
 
-    def _failed(self, criterion: _Criterion, block: RunBlock, row: int, values: Floats | None) -> FailedRun:
+    def _failed(self, criterion: _Criterion, block: _Block, row: int, values: Floats | None) -> FailedRun:
         """Return the numbers of a run that breaks a criterion."""
         outcomes, numbers = block.outcomes, list[Measured]()
         if criterion.bound is not None and values is not None:
@@ -250,25 +292,15 @@ class _Testing:
             numbers.append(Measured(criterion.bound.name, value, criterion.bound.unit))
         elif criterion.kind is Kind.EXPECT:
             numbers.append(Measured("robustness", float(outcomes.sought[row, criterion.column])))
-        event = f"{float(outcomes.end_time[row]):.2f} s: {end_of(self.program, outcomes, row).text}"
-        if outcomes.collided[row]:
-            pair = int(outcomes.contact_actors[row, 1]) - 1
-            speeds = zip((0, pair + 1), (outcomes.ego_speed, outcomes.other_speed), strict=True)
-            numbers += (
-                Measured(self.program.actors[actor], float(speed[row, pair]) * KMH, "km/h") for actor, speed in speeds
-            )
-        elif len(self.program.actors) > 1:
-            pair = int(np.argmin(outcomes.min_distance[row]))
-            distance = float(outcomes.min_distance[row, pair])
-            numbers.append(Measured(f"distance to {self.program.actors[pair + 1]}", distance, "m"))
-        return FailedRun(int(block.numbers[row]), block.seed(row), tuple(numbers), event)
+        event, more = end_numbers(self.program, outcomes, row)
+        return FailedRun(int(block.numbers[row]), block.seed(row), (*numbers, *more), event)
 
     # -- results
 
     def _checks(self) -> tuple[Check, ...]:
         counted = zip(self.criteria, self.counts, strict=True)
         checks = [self._check(criterion, count) for criterion, count in counted] if self.valid else []
-        if self.drawn.driver is not None:
+        if self.driver is not None:
             status = Status.FAIL if self.lost.failures else Status.PASS
             parts = CONTROLLER, Kind.CONTROLLER, status, self.lost.runs, self.lost.failures
             checks.append(Check(*parts, first=self.lost.first, replay=self._replay(self.lost.first)))
@@ -306,22 +338,14 @@ class _Testing:
         if first is None:
             return ""
         seed = [] if first.seed is None else ["--seed", str(first.seed)]
-        words = self.plan.replay if self.drawn.driver is not None else ()
+        words = self.plan.replay if self.driver is not None else ()
         return join(["cortexc", as_argument(Path(self.result.path)), *seed, *words])
 
     def _no_scene(self) -> str:
         """Return the reason why no run counts; "" if one does, or if the driver failed in all."""
         if self.valid or self.lost.failures:
             return ""
-        from engine.feasibility import remembered
-
-        last = Verdict.INFEASIBLE if remembered(self.program).infeasible else self.last
-        return NO_RUN.get(last, "no valid scene was found")
+        return no_run_text(self.program, self.last)
 
 
 OF_ANSWER = {Answer.KEPT: Status.PASS, Answer.BROKEN: Status.FAIL, Answer.OPEN: Status.UNDECIDED}
-NO_RUN = {
-    Verdict.INFEASIBLE: "no scene is possible: requirements exclude each other",
-    Verdict.ABORTED: "no run counts: each broke a requirement on the run",
-}
-"""Reasons by the verdict of the last run."""

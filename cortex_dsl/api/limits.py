@@ -76,29 +76,17 @@ def bound_of(text: str) -> Bound:
     return Bound(name, comparison, number * scale, f"{name} {comparison} {value}", shown, scale)
 
 
-def share_of(text: str | float) -> float:
-    """Return a required share, above 0 and at most 1: `0.95` or `95%`.
-
-    Raises:
-        ArgumentError: it is none.
-    """
-    return _share(text, "--require", "give a number above 0 and at most 1, such as 0.95 or 95%")
-
-
-def probability_of(text: str | float) -> float:
+def probability_of(text: str | float, flag: str = "--max-probability", noun: str = "probability") -> float:
     """Return a limit of a probability, above 0 and at most 1: `1e-3` or `0.1%`.
 
     Raises:
         ArgumentError: it is not.
     """
-    return _share(text, "--max-probability", "give a probability above 0 and at most 1, such as 1e-3 or 0.1%")
-
-
-def _share(text: str | float, option: str, cure: str) -> float:
+    example = "1e-3 or 0.1%" if noun == "probability" else "0.95 or 95%"
     number, unit = _number_and_unit(str(text))
     value = number * (0.01 if unit == "%" else 1.0)
     if unit not in ("", "%") or not 0.0 < value <= 1.0:
-        raise ArgumentError(f"{option} is `{text}`", cure)
+        raise ArgumentError(f"{flag} is `{text}`", f"give a {noun} above 0 and at most 1, such as {example}")
     return value
 
 

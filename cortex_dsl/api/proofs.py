@@ -25,6 +25,7 @@ from engine.search.past import recorded_driver
 from engine.search.store import JOURNAL
 from engine.study.database import read_evaluations, read_study
 from engine.tables import Bools
+from engine.vocabulary import Blame
 
 SAMPLE = 200
 """Simulations that are run again."""
@@ -94,6 +95,7 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
     done = repeat(scenario.program, config, manifest.profile, manifest.objective, evaluations, rows)
     if not done.with_objectives:
         remarks = (*remarks, "an objective that is a Python function is not computed again")
+    _check_blame(opened)
     files, left_out = compared(opened)
     differences = _differences(files)
     differ = tuple(_name(evaluations, *row) for row in done.rows[~done.same].tolist())
@@ -119,6 +121,20 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
     if proof.changed and not proof.reasons:
         raise refusal(opened.folder, differences)
     return proof
+
+
+def _check_blame(run: OpenedRun) -> None:
+    """Let the reference driver drive again after the collisions of a run, if the journal has its answers.
+
+    Raises:
+        StoreError: it answers otherwise.
+    """
+    stored = run.record.blame
+    if stored is None or _reasons(run):
+        return
+    again = run.blame_again
+    if ((again != stored) & (again != Blame.NONE)).any():
+        raise damaged(run.folder / JOURNAL, "the reference driver answers otherwise when it drives again")
 
 
 @dataclass(frozen=True)

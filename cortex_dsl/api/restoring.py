@@ -52,8 +52,7 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
         manifest.objective,
         lambda _genomes, _keys: run.blame[collisions_of(record.evaluations)],
     )
-    done = list(zip(record.past(), record.generations, strict=True))
-    campaign = summarize(task, done, status)
+    campaign = summarize(task, record.evaluations, record.generations, status)
     if campaign.status != status:
         raise KeyboardInterrupt
     return replace(campaign, elapsed=record.seconds)

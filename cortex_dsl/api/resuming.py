@@ -27,7 +27,7 @@ from engine.driving.names import driver_hint
 from engine.errors import whole
 from engine.search.campaign import OnGeneration
 from engine.search.journal import Journal
-from engine.search.journal_reader import Record, read_journal
+from engine.search.journal_reader import Record, read_again
 from engine.search.manifest import Manifest
 from engine.search.protocol import ObjectiveSpec
 from engine.search.store import JOURNAL, StoreError, hold
@@ -121,7 +121,7 @@ def reopened(
         return
     _insist_on_driver(run)
     with hold(run.folder):
-        record = read_journal(run.folder / JOURNAL)  # read again under the lock: no process can change it any more
+        record = read_again(run.folder / JOURNAL, run.record)  # under the lock no process can change it any more
         with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
             yield RemainingWork(run, longer, journal, record, aims)
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from cortex_dsl.api.derived_files import Writable, derived_files, worst_files, write_derived
 from cortex_dsl.pipeline import Compiled
+from cortex_dsl.plain_text import as_argument
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
@@ -119,7 +120,7 @@ def search_and_keep(
 
     Raises:
         ControllerError: the driver cannot drive.
-        StoreError: the folder cannot be written, or another process writes it.
+        StoreError: the folder cannot be written, another process writes it, or the memory is used up.
         UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
         UnknownObjectiveError: there is no such objective.
         ObjectiveError: a function as objective failed; earlier results are stored.
@@ -205,7 +206,10 @@ def carry_out(work: SearchJob, journal: Journal, record: Record | None = None) -
         if heard is not None:
             heard(progress)
 
-    campaign = campaign_of(replace(work, on_generation=on_generation), record)
+    try:
+        campaign = campaign_of(replace(work, on_generation=on_generation), record)
+    except MemoryError:
+        raise _out_of_memory(work) from None
     found = SearchResult(campaign, work.folder, work.manifest)
     if removed:
         return replace(found, failure=removed[0])
@@ -222,7 +226,17 @@ def carry_out(work: SearchJob, journal: Journal, record: Record | None = None) -
         journal.finish(campaign)
     except StoreError as error:
         return replace(found, failure=error)
+    except MemoryError:
+        return replace(found, failure=_out_of_memory(work))
     return replace(found, worst_files=worst_files(work.folder))
+
+
+def _out_of_memory(work: SearchJob) -> StoreError:
+    """Return the remark for a search that cannot go on in this process; its generations are stored."""
+    return StoreError(
+        f"the search in `{work.folder}` takes more memory than there is",
+        f"free some memory, then go on with `cortexc resume {as_argument(work.folder)}`: what was written is kept",
+    )
 
 
 def _note_failures(path: Path, recorder: "Recorder | None") -> None:

@@ -34,7 +34,7 @@ from engine.checksums import has_checksum, is_unchanged
 from engine.display import counted, facts_table
 from engine.search.campaign import Campaign
 from engine.search.insight.kinds import blamed
-from engine.search.journal_reader import Record, damaged, read_journal
+from engine.search.journal_reader import Record, damaged, read_again, read_journal
 from engine.search.manifest import Manifest, ManifestError, Text, check_program
 from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, ObjectiveSpec
@@ -71,7 +71,15 @@ class OpenedRun:
 
     @cached_property
     def blame(self) -> Ints:
-        """Return the answers (n, k) of the reference driver for each collision; see `engine.search.insight.kinds`."""
+        """Return the answers (n, k) of the reference driver for each collision; see `engine.search.insight.kinds`.
+
+        They are those of the journal, if it has them.
+        """
+        return self.blame_again if self.record.blame is None else self.record.blame
+
+    @cached_property
+    def blame_again(self) -> Ints:
+        """Return the answers of the reference driver, which drives once more."""
         from engine.search.evaluator import make_blaming
 
         return blamed(self.record.evaluations, make_blaming(self.scenario.program, self.scenario.config))
@@ -171,6 +179,12 @@ def open_run(folder: str | Path, ego: object = None) -> OpenedRun:
     config = replace(manifest.config, driver=who_drove(folder, manifest.driver, record.actions, ego))
     scenario = Scenario(compiled, config, origin.overrides, origin.scenario)
     return OpenedRun(folder, record, scenario, tuple(_edited(folder, manifest)))
+
+
+def reread(run: OpenedRun) -> OpenedRun:
+    """Return a run with what its journal holds now; its scenario stays."""
+    record = read_again(run.folder / JOURNAL, run.record)
+    return run if record is run.record else replace(run, record=record)
 
 
 def check_journal(run: OpenedRun) -> None:

@@ -1,10 +1,11 @@
-"""Runs of a file by successive seeds, each of which a command repeats.
+"""Runs of a scenario by successive seeds, for commands that judge a file.
 
-Run i of seed S is that of `cortexc FILE --seed N` with N = S * SEEDS + i - 1. A file that leaves nothing to chance has
-one run.
+Run i of seed S is that of `cortexc FILE --seed N` with N = S * SEEDS + i - 1, so that this command repeats it. A file
+that leaves nothing to chance has one run.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,10 +13,12 @@ from cortex_dsl.api.limits import MOST_RUNS
 from cortex_dsl.api.scenario import NO_SCENE, Scenario
 from cortex_dsl.api.scenario_mistakes import failure_of
 from cortex_dsl.diagnostics import CompileError
-from engine.dependence import leaves_nothing_to_chance
-from engine.driving.blocks import Driver
-from engine.errors import ControllerError
+from cortex_dsl.report.findings.gate_report import Measured
+from cortex_dsl.report.findings.story import end_of
+from engine.driving.blocks import Driven, Driver
+from engine.errors import ArgumentError
 from engine.outcomes import Outcomes
+from engine.program import Program
 from engine.scenes import Scenes
 from engine.streams import single_keys
 from engine.tables import Bools, Ints
@@ -24,89 +27,116 @@ from engine.vocabulary import EndReason, Verdict
 BLOCK = 256
 """Runs between two looks at a probability, and scenes in one query to a driver by default."""
 SEEDS = MOST_RUNS
-"""Number of seeds that belong to one seed of a test."""
+"""Number of seeds that belong to one seed of a command."""
 SEED_LIMIT = (2**63 - 1) // SEEDS - 1
-"""Largest seed of a test."""
+"""Largest seed of a command."""
+KMH = 3.6
+CONTACT = "no contact of the ego"
+"""Name of the condition of a file without an `expect`."""
+
+OnRuns = Callable[[int, int], None]
+"""Callback with the finished runs and the budget of the file that is running in this process."""
+Prepare = Callable[[Scenario], None]
+"""Callback with each scenario that this process runs, before its first run."""
 
 
-@dataclass(frozen=True)
-class RunBlock:
-    """Finished runs in a row."""
+def check_seed(seed: int) -> None:
+    """Check the seed of a command.
 
-    numbers: Ints
-    """(n,) Numbers of the runs, from 1."""
-    seeds: Ints | None
-    scenes: Scenes
-    outcomes: Outcomes
-    failures: tuple[ControllerError, ...] = ()
-
-    def seed(self, row: int) -> int | None:
-        return None if self.seeds is None else int(self.seeds[row])
+    Raises:
+        ArgumentError: it is negative or too large.
+    """
+    if not 0 <= seed <= SEED_LIMIT:
+        raise ArgumentError(f"--seed is {seed}", f"give a number from 0 to {SEED_LIMIT:,}")
 
 
-class SeededRuns:
-    """Runs of one file from one seed on."""
+def fitting_driver(program: Program, driver: Driver | None) -> Driver | None:
+    """Return a driver with an empty history; None if the file has no controller.
 
-    def __init__(self, scenario: Scenario, seed: int, driver: Driver | None, jobs: int) -> None:
-        """Raises ControllerError: the driver does not fit the controllers of the file."""
-        self.scenario, self.first, self.jobs = scenario, seed * SEEDS, jobs
-        self.kept = leaves_nothing_to_chance(scenario.program)
-        """True if the file leaves nothing to chance."""
-        self.driver = None
-        """Driver with an empty history; None if the file has no controller."""
-        if driver is not None and scenario.program.controls:
-            from engine.driving.controllers import controllers_of
+    Raises:
+        ControllerError: it does not fit the controllers of the file.
+    """
+    if driver is None or not program.controls:
+        return None
+    from engine.driving.controllers import controllers_of
 
-            controllers_of(scenario.program, driver.given)
-            self.driver = driver.without_history()
-
-    def seed(self, index: int) -> int | None:
-        """Return the seed of the run `index`, counted from 0."""
-        return None if self.kept else self.first + index
-
-    def scenes(self, index: int, count: int, *, hopeful: bool) -> Scenes:
-        """Draw the scenes of the runs from `index` on, without decisions of a driver."""
-        scenario = self.scenario
-        if self.kept:
-            stream = scenario.program.settings.stream
-            bare = replace(scenario, config=replace(scenario.config, driver=None))
-            return bare.scene_of_seed(None if stream else 0)
-        return draw_scenes(scenario, self.first + np.arange(index, index + count), self.jobs, hopeful=hopeful)
-
-    def block(self, index: int, count: int, *, hopeful: bool) -> RunBlock:
-        """Draw and run the scenes from `index` on; `hopeful`: some scene is known to exist.
-
-        Raises:
-            ControllerError: the driver fails everywhere.
-        """
-        config, scenes = self.scenario.config, self.scenes(index, count, hopeful=hopeful)
-        numbers = np.arange(index + 1, index + count + 1)
-        seeds = None if self.kept else self.first + numbers - 1
-        if self.driver is None:
-            return RunBlock(numbers, seeds, scenes, self.scenario.simulate(scenes, jobs=self.jobs))
-        done = self.driver.drive(self.scenario.program, scenes, config.simulation, config.contact, self.jobs)
-        return RunBlock(numbers, seeds, done.scenes, done.outcomes, done.failures)
-
-    def check(self, block: RunBlock) -> None:
-        """Check that no run of a block met a mistake of the file.
-
-        Raises:
-            CompileError: one did.
-        """
-        compiled = self.scenario.compiled
-        for row in np.flatnonzero(block.outcomes.verdict == Verdict.ERROR)[:1].tolist():
-            diagnostic = failure_of(compiled, self.scenario.config.simulation, block.scenes, block.outcomes, row)
-            if diagnostic is None:
-                raise RuntimeError(f"run {block.numbers[row]} of {compiled.source.name} failed")
-            raise CompileError(compiled.source, [diagnostic])
+    controllers_of(program, driver.given)
+    return driver.without_history()
 
 
-def contacts_of_ego(outcomes: Outcomes) -> Bools:
-    """Return (n,) True where the ego touched somebody or a building."""
+def drive(scenario: Scenario, driver: Driver | None, scenes: Scenes, jobs: int) -> Driven:
+    """Run scenes, by the driver if there is one.
+
+    Raises:
+        ControllerError: the driver fails everywhere, or is missing.
+    """
+    if driver is None:
+        return Driven(scenes, scenario.simulate(scenes, jobs=jobs))
+    return driver.drive(scenario.program, scenes, scenario.config.simulation, scenario.config.contact, jobs)
+
+
+def check_mistake(scenario: Scenario, done: Driven, what: str) -> None:
+    """Check that no run met a mistake of the file; `what` names the runs in the message of a bug.
+
+    Raises:
+        CompileError: a run did.
+    """
+    for row in np.flatnonzero(done.outcomes.verdict == Verdict.ERROR)[:1].tolist():
+        compiled, simulation = scenario.compiled, scenario.config.simulation
+        diagnostic = failure_of(compiled, simulation, done.scenes, done.outcomes, row)
+        if diagnostic is None:
+            raise RuntimeError(f"a run of {what} failed")
+        raise CompileError(compiled.source, [diagnostic])
+
+
+def touched(outcomes: Outcomes) -> Bools:
+    """Return (n,) True for runs in which the ego touches an actor or a building."""
     return outcomes.collided | (outcomes.end_reason == EndReason.BUILDING)
 
 
+def end_numbers(program: Program, outcomes: Outcomes, row: int) -> tuple[str, tuple[Measured, ...]]:
+    """Return the end of a run in words, and its numbers: the speeds at a contact, else the least distance."""
+    event = f"{float(outcomes.end_time[row]):.2f} s: {end_of(program, outcomes, row).text}"
+    numbers: tuple[Measured, ...] = ()
+    if outcomes.collided[row]:
+        pair = int(outcomes.contact_actors[row, 1]) - 1
+        speeds = zip((0, pair + 1), (outcomes.ego_speed, outcomes.other_speed), strict=True)
+        numbers = tuple(
+            Measured(program.actors[actor], float(speed[row, pair]) * KMH, "km/h") for actor, speed in speeds
+        )
+    elif len(program.actors) > 1:
+        pair = int(np.argmin(outcomes.min_distance[row]))
+        distance = float(outcomes.min_distance[row, pair])
+        numbers = (Measured(f"distance to {program.actors[pair + 1]}", distance, "m"),)
+    return event, numbers
+
+
+def no_run_text(program: Program, last: Verdict) -> str:
+    """Return the reason why no run counts, from the verdict of the last one."""
+    from engine.feasibility import remembered
+
+    return NO_RUN.get(Verdict.INFEASIBLE if remembered(program).infeasible else last, "no valid scene was found")
+
+
+NO_RUN = {
+    Verdict.INFEASIBLE: "no scene is possible: requirements exclude each other",
+    Verdict.ABORTED: "no run counts: each broke a requirement on the run",
+}
+"""Reasons by the verdict of the last run."""
+
+
 # -- scenes by their seeds ---------------------------------------------------------------------------------------------
+
+
+def seeds_of(seed: int, numbers: Ints) -> Ints:
+    """Return (n,) the seeds of `cortexc FILE --seed N` for runs with these numbers, from 1, of a command's seed."""
+    return seed * SEEDS + numbers - 1
+
+
+def only_scene(scenario: Scenario) -> Scenes:
+    """Return the scene of a file that leaves nothing to chance."""
+    stream = scenario.program.settings.stream
+    return replace(scenario, config=replace(scenario.config, driver=None)).scene_of_seed(None if stream else 0)
 
 
 def draw_scenes(scenario: Scenario, seeds: Ints, jobs: int = 1, *, hopeful: bool = False) -> Scenes:

@@ -10,11 +10,12 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, Protocol, TypeVar
 
-from cortex_dsl.api.file_check import GatePlan, OnRuns, Prepare, check_file
-from cortex_dsl.api.limits import BUDGET, bound_of, budget_of, probability_of
+from cortex_dsl.api.file_check import GatePlan, check_file
+from cortex_dsl.api.limits import BUDGET, Budget, bound_of, budget_of, probability_of
 from cortex_dsl.api.scenario_files import ScenarioFile, scenario_files
-from cortex_dsl.api.seeded_runs import SEED_LIMIT
+from cortex_dsl.api.seeded_runs import OnRuns, Prepare, check_seed
 from cortex_dsl.report.findings.gate_report import FileResult, GateReport, Kind
 from engine.driving.named import driver_of
 from engine.errors import ArgumentError
@@ -90,12 +91,11 @@ def run_plan(
         ControllerError: the driver cannot be asked.
         WorkersLostError: a worker process was killed.
     """
-    if not 0 <= plan.seed <= SEED_LIMIT:
-        raise ArgumentError(f"--seed is {plan.seed}", f"give a number from 0 to {SEED_LIMIT:,}")
+    check_seed(plan.seed)
     started, results = time.monotonic(), list[FileResult]()
     is_whole = False
     with suppress(KeyboardInterrupt):  # the results of finished files are not lost
-        for result in _results(files, plan, started, on_runs, prepare):
+        for result in results_of_files(check_file, files, plan, started, on_runs, prepare):
             results.append(result)
             if on_file is not None:
                 on_file(result)
@@ -115,20 +115,50 @@ def run_plan(
     )
 
 
-def _results(
-    files: Sequence[ScenarioFile], plan: GatePlan, started: float, on_runs: OnRuns | None, prepare: Prepare | None
-) -> Iterator[FileResult]:
-    """Yield the results in order: of the first files from this process, of the rest from processes of their own."""
+class Plan(Protocol):
+    """Settings of a command on files: the budget, and the number of threads or processes."""
+
+    @property
+    def budget(self) -> Budget: ...
+    @property
+    def jobs(self) -> int: ...
+
+
+ResultT = TypeVar("ResultT")
+Judge = Callable[..., ResultT]
+"""Function of a file, the plan, the seconds of the file, `OnRuns` and `Prepare`."""
+
+
+def results_of_files(
+    judge: Judge[ResultT],
+    files: Sequence[ScenarioFile],
+    plan: Plan,
+    started: float,
+    on_runs: OnRuns | None,
+    prepare: Prepare | None,
+) -> Iterator[ResultT]:
+    """Yield the results in order: of the first files from this process, of the rest from processes of their own.
+
+    Raises:
+        WorkersLostError: a worker process was killed.
+    """
     share = plan.budget.seconds * min(plan.jobs, len(files)) / len(files)
-    alone = replace(plan, jobs=plan.jobs if len(files) == 1 else 1)
+    alone = _with_jobs(plan, plan.jobs if len(files) == 1 else 1)
     for number, file in enumerate(files):
         if plan.jobs > 1 and len(files) - number > 1 and time.monotonic() - started > ALONE:
-            yield from _apart(files[number:], replace(plan, jobs=1), min(plan.jobs, len(files) - number), share)
+            workers = min(plan.jobs, len(files) - number)
+            yield from _apart(judge, files[number:], _with_jobs(plan, 1), workers, share)
             return
-        yield check_file(file, alone, share, on_runs, prepare)
+        yield judge(file, alone, share, on_runs, prepare)
 
 
-def _apart(files: Sequence[ScenarioFile], plan: GatePlan, workers: int, share: float) -> Iterator[FileResult]:
+def _with_jobs(plan: Any, jobs: int) -> Any:
+    return replace(plan, jobs=jobs)
+
+
+def _apart(
+    judge: Judge[ResultT], files: Sequence[ScenarioFile], plan: Plan, workers: int, share: float
+) -> Iterator[ResultT]:
     """Yield the results of files that processes of their own run.
 
     Raises:
@@ -137,7 +167,7 @@ def _apart(files: Sequence[ScenarioFile], plan: GatePlan, workers: int, share: f
     from engine.search.workers import WorkersLostError, apart, process_pool, tells_of_a_kill
 
     with process_pool(workers) as pool:
-        futures = [pool.submit(check_file, file, plan, share) for file in files]
+        futures = [pool.submit(judge, file, plan, share) for file in files]
         try:
             for future in futures:
                 yield apart(future.result)

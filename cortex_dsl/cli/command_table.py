@@ -144,6 +144,13 @@ def _coverage() -> Command:
     return COVERAGE
 
 
+@_subcommand("compare", "two drivers on the same scenes: is B worse than A?", "A B")
+def _compare() -> Command:
+    from cortex_dsl.cli.compare import COMPARE
+
+    return COMPARE
+
+
 @_subcommand("study", "many runs of several methods, compared run by run", "[FILES]")
 def _study() -> Command:
     from cortex_dsl.cli.study import STUDY
@@ -179,7 +186,7 @@ def _probability() -> Command:
     return PROBABILITY
 
 
-@_subcommand("verify", "check the journal; repeat worst cases with tyre slip", "RUN")
+@_subcommand("verify", "check the journal; repeat worst cases with tyre slip", "RUN", first_page=False)
 def _verify() -> Command:
     from cortex_dsl.cli.verify import VERIFY
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.test import limit_errors, read_by
+from cortex_dsl.cli.judging import read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, JOBS, PARAM, SCENARIO, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import CompileRequest, RunRequest, filled, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -13,7 +13,6 @@ from cortex_dsl.console.user_files import read_source, write_output
 
 if TYPE_CHECKING:
     from cortex_dsl.api.coverage import CoveragePlan
-    from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.report.findings.coverage_report import CoverageReport
 
 DESCRIPTION = """\
@@ -45,8 +44,8 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
     if isinstance(compiled, Exit):
         return compiled
     scenario = open_scenario(request, run, compiled)
-    with limit_errors():
-        plan = _plan(options, scenario)
+    with usage_errors():
+        plan = _plan(options)
         scenario = replace(scenario, config=replace(scenario.config, driver=None))
         check_domains(scenario, plan.ways)
         compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
@@ -63,9 +62,10 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
     return Exit.BROKEN_LIMIT if broken else Exit.FINE
 
 
-def _plan(options: argparse.Namespace, scenario: "Scenario") -> "CoveragePlan":
+def _plan(options: argparse.Namespace) -> "CoveragePlan":
     from cortex_dsl.api.coverage import RUNS, CoveragePlan
     from cortex_dsl.api.limits import budget_of
+    from engine.driving.named import driver_of
 
     words = driver_words(options.ego, options.ego_batch, options.ego_observes)
     words += [word for name, value in (options.overrides or {}).items() for word in ("-p", f"{name}={value}")]
@@ -75,7 +75,7 @@ def _plan(options: argparse.Namespace, scenario: "Scenario") -> "CoveragePlan":
         budget=options.budget or budget_of(RUNS),
         seed=options.seed or 0,
         joint=options.joint,
-        driver=scenario.config.driver,
+        driver=driver_of(options.ego, options.ego_batch, options.ego_observes),
         replay=tuple(words),
         jobs=options.jobs,
     )
@@ -139,7 +139,12 @@ COVERAGE = Command(
         ),
         Option("--ways", "domains in each product: 1, 2 or 3 (2)", "N", whole_number(1, 3)),
         Option("--budget", "independent runs, or time: 2000, 90s (2000)", "N", read_by("budget_of")),
-        Option("--require", "least share of the possible cells, as 95%%", "SHARE", read_by("share_of")),
+        Option(
+            "--require",
+            "least share of the possible cells, as 95%%",
+            "SHARE",
+            read_by("probability_of", "--require", "share"),
+        ),
         Option("--joint", "intervals that hold together (Bonferroni)", default=False),
         Option("--out", "folder for coverage.json and cells.csv", "DIR", Path),
         replace(SEED, type=whole_number(0, 9_000_000_000)),

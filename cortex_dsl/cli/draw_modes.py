@@ -220,12 +220,12 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
 
 def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scenes]:
     """All scenes, some at a time; of those that are driven, whole blocks."""
-    from engine.feasibility.pruning import pruner
+    from engine.feasibility.pruning import pruner_that_pays
     from engine.sampling import draw_genomes, rows_at_once, sample
     from engine.streams import key_rows
 
     program, config, driver = scenario.program, scenario.config.simulation, scenario.config.driver
-    prune = pruner(program) if config.prune else None
+    prune = pruner_that_pays(program) if config.prune else None
     chunk = rows_at_once(program, CHUNK) if driver is None else driver.block * max(1, DRIVEN // driver.block)
     for first in range(0, samples, chunk):
         indices = np.arange(first, min(first + chunk, samples))

@@ -43,7 +43,7 @@ def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
 def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[str, Figures]:
     """Return the page of a run, and the function that draws its figures."""
     from cortex_dsl.api.restoring import restore
-    from cortex_dsl.api.runs import open_run
+    from cortex_dsl.api.runs import reread
     from cortex_dsl.cli.search_output import checked_run, usage_errors
     from cortex_dsl.report.page.run_page import run_page
 
@@ -51,7 +51,7 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[str, Fig
     try:
         if names := restore(run, tables=options.tables):
             _note_written(names, "journal", terminal)
-            run = open_run(options.run, options.ego)
+            run = reread(run)
     except StoreError as error:  # a page of a run that cannot be written is still a page
         terminal.note(f"{error.message}; {error.cure}")
     with usage_errors():

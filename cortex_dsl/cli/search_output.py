@@ -231,13 +231,13 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
 
 
 def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, json: bool = False) -> OpenedRun:
-    """Return a run with a finished generation whose individuals are those that its method proposes.
+    """Return a run with a finished generation, as it was written.
 
-    Results of simulations are not simulated again: a changed result shows only if it changes the next proposals of the
-    method, or the figures of its generation.
+    The chain of its journal proves that. Without a chain, its individuals must be those that its method proposes, so
+    that a changed result shows only if it changes the next proposals of the method, or the figures of its generation.
 
     Raises:
-        UsageError: there is no readable run, or its journal does not follow from its own beginning.
+        UsageError: there is no readable run, or its journal is not as it was written.
     """
     run = opened_run(folder, terminal, ego, json=json)
     driver = run.scenario.config.driver
@@ -246,12 +246,15 @@ def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, js
         terminal.note(f"{alone}: {driver_hint(driver.name)}")
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
-    check_past(run, terminal)
+    if not run.record.proved:
+        check_past(run, terminal)
     return run
 
 
 def check_past(run: OpenedRun, terminal: Terminal) -> None:
-    """Check that the individuals of a run are those that its method proposes.
+    """Check that the individuals of a run are those that its method proposes, as `verify` and `resume` promise.
+
+    A chain does not prove that: it tells of changes, not of a journal that another searcher wrote.
 
     Raises:
         UsageError: they are not.

@@ -2,21 +2,20 @@
 
 import argparse
 import os
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cortex_dsl.cli.judging import check_output, compiling, read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, JOBS, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, gravest
-from cortex_dsl.console.user_files import check_writable, write_output
+from cortex_dsl.console.user_files import write_output
 
 if TYPE_CHECKING:
     from cortex_dsl.api.baseline import Baseline
     from cortex_dsl.api.file_check import GatePlan
-    from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.report.findings.gate_report import FileResult, GateReport
 
 DESCRIPTION = """\
@@ -41,32 +40,6 @@ SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 """Variable of the environment with the file to which `--format github` appends."""
 
 
-@contextmanager
-def limit_errors() -> Generator[None]:
-    """Turn a mistake on the command line or in a path into a UsageError."""
-    from cortex_dsl.api.baseline import BaselineError
-    from cortex_dsl.api.scenario_files import NoSuchPathError
-    from engine.errors import ArgumentError, UnreadableFileError
-    from engine.search.workers import WorkersLostError
-
-    try:
-        yield
-    except (ArgumentError, BaselineError, NoSuchPathError, UnreadableFileError, WorkersLostError) as error:
-        raise UsageError(error.message, error.cure) from error
-
-
-def read_by(name: str) -> Callable[[str], Any]:
-    """Return the parser of a value by a function of `cortex_dsl.api.limits`."""
-
-    def parse(text: str) -> Any:
-        from cortex_dsl.api import limits
-
-        with limit_errors():
-            return getattr(limits, name)(text)
-
-    return parse
-
-
 def _appended(earlier: tuple[Any, ...] | None, value: Any) -> tuple[Any, ...]:
     return (*(earlier or ()), value)
 
@@ -75,10 +48,10 @@ def _test(options: argparse.Namespace, terminal: Terminal) -> int:
     from cortex_dsl.api.baseline import compared, read_baseline, updated
     from cortex_dsl.api.scenario_files import scenario_files
 
-    with limit_errors():
+    with usage_errors():
         files = scenario_files(options.paths, options.exclude)
         for path in (options.junit, options.summary, options.baseline if options.update_baseline else None):
-            _check_output(path)
+            check_output(path)
         earlier = None
         if options.baseline is not None:
             earlier = read_baseline(options.baseline, may_be_missing=options.update_baseline)
@@ -126,19 +99,13 @@ def _run(
     """Run the files and show each when it is done."""
     from cortex_dsl.api.baseline import compared, compared_file, updated
     from cortex_dsl.api.testing import run_plan
-    from cortex_dsl.console.kernels import SEARCH, compile_kernels, find_missing_kernels
     from cortex_dsl.report.findings.gate_report import GateReport
     from cortex_dsl.report.terminal.gate_view import GateProgress
 
     with GateProgress(terminal.err, len(files)) as progress:
 
-        def prepare(scenario: "Scenario") -> None:
-            if find_missing_kernels(SEARCH, scenario.program, scenario.config) is not None:
-                with progress.paused():
-                    compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
-
         def on_file(file: "FileResult") -> None:
-            progress.file_done(file)
+            progress.file_done(file.runs)
             if baseline is not None:
                 now = updated(GateReport((file,)), baseline) if options.update_baseline else baseline
                 file = compared_file(file, now)
@@ -146,7 +113,7 @@ def _run(
                 with progress.paused():
                     _show_file(file, terminal)
 
-        report = run_plan(files, plan, on_file, progress.on_runs, prepare)
+        report = run_plan(files, plan, on_file, progress.on_runs, compiling(progress, terminal))
     return report if baseline is None else compared(report, baseline)
 
 
@@ -211,21 +178,6 @@ def _write_baseline(baseline: "Baseline") -> None:
     from cortex_dsl.api.baseline import baseline_text
 
     write_output(baseline.path, baseline_text(baseline.entries))
-
-
-def _check_output(path: Path | None) -> None:
-    """Check that a file can be written, before anything runs.
-
-    Raises:
-        UsageError: it cannot.
-    """
-    if path is None:
-        return
-    if path.is_dir():
-        raise UsageError(f"cannot write `{path}`: it is a folder", "name a file")
-    if not path.parent.is_dir():
-        raise UsageError(f"cannot write `{path}`: there is no folder `{path.parent}`", "make it, or name another one")
-    check_writable(path)
 
 
 def _exit_code(report: "GateReport") -> Exit:

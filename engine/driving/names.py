@@ -24,7 +24,7 @@ def joined(names: Mapping[str, str]) -> str:
     return ", ".join(f"{controller}={names[controller]}" for controller in sorted(names))
 
 
-def _parted(name: str) -> Egos:
+def parted(name: str) -> Egos:
     """Return the drivers of a name that `joined` returned; the name of a single driver unchanged."""
     parts = [_split(part) for part in _BETWEEN.split(name)]
     several = {controller: driver for controller, driver in parts if controller}
@@ -45,7 +45,7 @@ def words_of(egos: Egos) -> list[str]:
 
 def as_options(name: str) -> str:
     """Return the command-line options that name these drivers; "" if the command line cannot name them, as objects."""
-    egos = _parted(name)
+    egos = parted(name)
     every = (egos,) if isinstance(egos, str) else egos.values()
     return shlex.join(words_of(egos)) if all(each.startswith(KINDS) for each in every) else ""
 

@@ -1,1 +1,1 @@
-"""Limits that the runs of a scenario must keep: bounds on results, and decisions on the rate of a failure."""
+"""Limits that runs must keep: bounds on results, decisions on the rate of a failure; pairs of runs of two drivers."""

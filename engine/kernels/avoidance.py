@@ -110,6 +110,8 @@ class DriveMemory(NamedTuple):
     """True if nothing that the others do depends on the ego."""
     touching: bool
     """True if the others may touch each other or a building."""
+    patience: int
+    """Number of samples by which a start of braking that avoids contact is put off at most."""
     checkpoints: Checkpoints
 
 
@@ -129,8 +131,9 @@ class ReferenceDrive(NamedTuple):
     avoided: bool
     """True if the ego then touches nobody."""
     latest: int
-    """If avoided, the last sample up to which the driver may wait, every sample in between also avoiding contact; if
-    not, the last sample before `braking` that would avoid it, else the first after it; `NEVER` if there is none.
+    """If avoided, the last sample up to which the driver may wait, every sample in between also avoiding contact, at
+    most `DriveMemory.patience` after `braking`; if not, the last sample before `braking` that would avoid it, else the
+    first after it; `NEVER` if there is none.
     """
     as_hard: bool
     """True if the ego itself braked at least as hard: the reference driver stays no farther behind."""
@@ -197,7 +200,7 @@ def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, drive
     drive = _drive(plan, run, again, begun, driver)
     as_hard = drive.touched and braking < contact - 1 and path[drive.at, WAY] <= drive.way + 1e-6
     as_hard = as_hard and _brakes_before(path, drive.at)
-    latest = _latest(plan, run, again, begun, not drive.touched, driver)
+    latest = _latest(plan, run, again, begun, not drive.touched, driver, memory.patience)
     helpless, too_late = False, False
     if latest == NEVER:
         start = min(begun, 0)  # no literal zero: numba would compile `advance` once more, for nearly a minute
@@ -482,13 +485,14 @@ def _touches(states: Floats, k: int, outlines: Floats) -> bool:
 
 
 @kernel
-def _latest(plan: Plan, run: Run, again: Replayed, braking: int, avoided: bool, driver: Driver) -> int:
+def _latest(plan: Plan, run: Run, again: Replayed, braking: int, avoided: bool, driver: Driver, patience: int) -> int:
     """Return the last or nearest sample at which braking avoids contact; see `ReferenceDrive.latest`."""
     if avoided:
-        for k in range(braking + 1, again.contact):
+        last = min(again.contact - 1, braking + patience)
+        for k in range(braking + 1, last + 1):
             if _drive(plan, run, again, k, driver).touched:
                 return k - 1
-        return again.contact - 1
+        return last
     for k in range(braking - 1, -1, -1):
         if not _drive(plan, run, again, k, driver).touched:
             return k

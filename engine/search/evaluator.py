@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 Simulate = Callable[[Scenes], Outcomes]
 Simulated = tuple[Scenes, Outcomes, Floats | None]
 """Scenes that were run, their outcomes, and their gaps (`Runs.gaps`) or None."""
+BLAMED_AT_ONCE = 1 << 14
+"""Collisions whose scenes are in memory at once."""
 MOST = 1e9
 """Largest magnitude of an objective; a mean over infinite values is not a number."""
 
@@ -64,9 +66,9 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
 def _pruner(program: Program, config: Config) -> "Pruner | None":
     if not config.simulation.prune:
         return None
-    from engine.feasibility.pruning import pruner
+    from engine.feasibility.pruning import pruner_that_pays
 
-    return pruner(program)
+    return pruner_that_pays(program)
 
 
 def make_blaming(program: Program, config: Config) -> Blaming:
@@ -76,13 +78,15 @@ def make_blaming(program: Program, config: Config) -> Blaming:
 
     def blaming(genomes: Floats, keys: Ints) -> Ints:
         said = np.full(len(keys), int(Blame.NONE), dtype=np.int32)
-        rows = _drivable(config, genomes, keys)
-        scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs, prune)
-        if config.driver is not None:
-            from engine.driving.blocks import redriven
+        every = _drivable(config, genomes, keys)
+        for first in range(0, len(every), BLAMED_AT_ONCE):
+            rows = every[first : first + BLAMED_AT_ONCE]
+            scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs, prune)
+            if config.driver is not None:
+                from engine.driving.blocks import redriven
 
-            scenes = redriven(program, scenes, config, jobs)
-        said[rows] = blame(program, scenes, config.simulation, config.contact, jobs)
+                scenes = redriven(program, scenes, config, jobs)
+            said[rows] = blame(program, scenes, config.simulation, config.contact, jobs)
         return said
 
     return blaming
@@ -156,9 +160,9 @@ def assessment(
     return Assessment(
         verdict=outcomes.verdict,
         variant=scenes.variant,
-        attempts=scenes.attempts,
-        tested=scenes.tested,
-        failed=scenes.failed,
+        attempts=scenes.attempts.astype(np.int32),
+        tested=scenes.tested.astype(np.int32),
+        failed=scenes.failed.astype(np.int32),
         score=risk.score,
         continuous=np.where(valid, risk.continuous, np.nan),
         parts=risk.parts,

@@ -13,6 +13,7 @@ duration (`pace`, `status`) is in separate tables. In their order, the individua
 | pace       | generation: seconds since the start                                                    |
 | status     | `running` or the kind of its end (`campaign`), and the seal of the journal (one row)   |
 | action     | scene in which a controller's decisions are kept: its key, the shape, float64 numbers  |
+| blame      | analysed run: verdicts of the reference driver on its collisions, under the last link   |
 
 A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian blobs
 (float64; int32, tested then failed); NaN is NULL. If the search has an objective other than the risk, or the file has
@@ -30,9 +31,10 @@ from typing import Any
 import numpy as np
 
 from engine.assessment import COLUMNS, take, to_arrays
-from engine.search.campaign import Campaign, Progress
-from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, actions_digest, last_link, link, seal
+from engine.search.campaign import INTERRUPTED, Campaign, Progress
+from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, Pace, actions_digest, blame_row, last_link, link, seal
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
+from engine.search.insight.kinds import collisions_of
 from engine.search.manifest import Manifest
 from engine.search.store import SPACE_TO_BEGIN, UNBORN, StoreError, check_not_removed, store_errors
 from engine.strict_json import json_text
@@ -83,6 +85,10 @@ CREATE TABLE IF NOT EXISTS action
 """Table that exists only if a controller drives."""
 
 
+_BLAME = "CREATE TABLE IF NOT EXISTS blame (link BLOB NOT NULL, verdicts BLOB NOT NULL, digest BLOB NOT NULL)"
+"""Table that exists once a run was analysed. It can be computed again, so that it is no part of the seal."""
+
+
 def _remove_unborn(unborn: Path) -> None:
     """Remove a journal that is not complete, with the files of SQLite next to it."""
     for stale in unborn.parent.glob(f"{unborn.name}*"):
@@ -107,6 +113,7 @@ class Journal:
         self._connection = connection
         self._inode = path.stat().st_ino
         self._chained = has_chain(connection)
+        self._pace = Pace()
 
     @classmethod
     def create(cls, path: Path, manifest: Manifest) -> "Journal":
@@ -199,6 +206,11 @@ class Journal:
             with _transaction(self._connection) as connection:
                 connection.execute("UPDATE status SET status = ?, seconds = ?", (campaign.status, campaign.elapsed))
                 self._seal(connection)
+                if self._chained and campaign.status != INTERRUPTED:
+                    verdicts = campaign.blame[collisions_of(campaign.evaluations)]
+                    connection.execute(_BLAME)
+                    connection.execute("DELETE FROM blame")
+                    connection.execute(_adding("blame", 3), blame_row(last_link(connection), verdicts))
             with suppress(sqlite3.OperationalError):  # another process reads: the mode stays, without harm
                 self._connection.execute("PRAGMA journal_mode = DELETE")
         self.close()
@@ -225,7 +237,7 @@ class Journal:
 
     def _seal(self, connection: sqlite3.Connection, actions: bytes = NO_ACTIONS) -> None:
         if self._chained:
-            seal(connection, actions)
+            seal(connection, actions, self._pace)
 
 
 def _open(path: Path) -> sqlite3.Connection:

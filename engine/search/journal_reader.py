@@ -2,19 +2,29 @@
 
 import json
 import sqlite3
-from collections.abc import Callable, Mapping, Sequence
+import zlib
+from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from engine.assessment import COLUMNS, SCALARS, from_columns, map_arrays, take
+from engine.assessment import COLUMNS, SCALARS, take
 from engine.errors import Signal
 from engine.outcomes import Assessment
-from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, link, numbers, whole_numbers
+from engine.search.chain import (
+    BEGINNING,
+    Array,
+    actions_digest,
+    broken_parts,
+    link,
+    numbers,
+    verdicts_of,
+    whole_numbers,
+)
 from engine.search.evaluations import (
     Evaluations,
     Figures,
@@ -24,15 +34,15 @@ from engine.search.evaluations import (
     generation_figures,
     goal_of,
 )
+from engine.search.insight.kinds import collisions_of
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION, WITHOUT_CHAIN, has_chain
 from engine.search.manifest import Manifest, ManifestError, read_manifest
 from engine.search.store import StoreError, example_run, refuse_empty, store_errors
 from engine.tables import Floats, Ints
+from engine.vocabulary import Blame
 
-Reader = Callable[[tuple[Any, ...]], Array]
-"""Function from the values of a column to its array."""
-AT_ONCE = 20_000
-"""Rows that are read as Python objects at once."""
+AT_ONCE = 500
+"""Rows that are read as Python objects at once: few enough to stay in the cache of a processor."""
 NO_DAMAGE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
 """Error codes of SQLite that do not mean that the file is damaged."""
 
@@ -52,10 +62,14 @@ class Record:
     """Time until the last generation was written [s]."""
     actions: Mapping[bytes, Floats] = field(default_factory=dict[bytes, Floats])
     """Decisions of controllers, (turns, numbers) by the bytes of a scene's key, where they are stored."""
+    seal: bytes = b""
+    """Seal of the journal; empty without a chain."""
     links: tuple[str, ...] = ()
     """Links of the chain in hexadecimal, the first of them before the first generation; empty for a journal from before
     there were chains.
     """
+    blame: Ints | None = None
+    """(n, k) `Blame` of each rollout as the analysis of the run found it; None if it is not stored."""
     proved: bool = False
     """True if the chain proves that all data are as written (`engine.search.chain`); False without a chain."""
 
@@ -68,6 +82,57 @@ class Record:
         """Return the evaluations of each generation, as input of `run_campaign`; arrays are views of the whole."""
         edges = np.searchsorted(self.evaluations.places[:, 0], np.arange(len(self.generations) + 1)).tolist()
         return [take(self.evaluations, slice(*edge)) for edge in pairwise(edges)]
+
+
+@dataclass(frozen=True)
+class _Individuals:
+    """Table of individuals as the writer had it."""
+
+    integers: Ints
+    """(n, 11)"""
+    fitness: Floats
+    genomes: Floats
+    """(n, d)"""
+
+    def columns(self) -> tuple[Array, ...]:
+        return self.integers, self.fitness, self.genomes
+
+
+@dataclass(frozen=True)
+class _Simulations:
+    """Table of simulations, in the order of birth and rollout."""
+
+    births: int
+    rollouts: int
+    key: Ints
+    """(n, 3) generation, place, rollout"""
+    arrays: dict[str, Array]
+    """Arrays (births, rollouts, …) of an `Assessment`."""
+    blobs: tuple[Array, ...]
+    """Arrays (n, m) of the blobs as the writer had them."""
+
+    def columns(self) -> tuple[Array, ...]:
+        """Return the columns as the writer had them."""
+        flat = {row: _flat(self.arrays[row.name]) for row in COLUMNS}
+        scalars = [column for row in COLUMNS for column in (flat[row].T if row.parts else [flat[row]])]
+        return (*self.key.T, *scalars, *self.blobs)
+
+    def rows_of(self, births: Ints) -> Ints:
+        """Return (n,) the place of each birth (n, 2) in the arrays.
+
+        Raises:
+            KeyError: a birth has no simulation.
+        """
+        there = self.key[:: max(1, self.rollouts), :2].astype(np.int64)
+        names, wanted = (pair[:, 0] << 32 | pair[:, 1] for pair in (there, births.astype(np.int64)))
+        at = np.searchsorted(names, wanted)
+        if len(wanted) and (not len(names) or (names[np.minimum(at, len(names) - 1)] != wanted).any()):
+            raise KeyError("an individual without its simulation")
+        return at
+
+
+def _flat(array: Array) -> Array:
+    return array.reshape(-1, *array.shape[2:])
 
 
 def read_journal(path: Path) -> Record:
@@ -89,8 +154,31 @@ def read_journal(path: Path) -> Record:
             if getattr(error, "sqlite_errorcode", 0) & 0xFF in NO_DAMAGE:
                 raise
             raise damaged(path, error) from error
-        except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, RecursionError) as error:
+        except (
+            ValueError,
+            KeyError,
+            TypeError,
+            IndexError,
+            AttributeError,
+            OverflowError,
+            RecursionError,
+            zlib.error,
+        ) as error:
             raise damaged(path, f"what it holds does not fit together ({type(error).__name__})") from error
+
+
+def read_again(path: Path, record: Record) -> Record:
+    """Return the record of a journal that may have grown since it was read; an equal seal proves that it has not.
+
+    Raises:
+        StoreError: as `read_journal`.
+    """
+    if record.proved:
+        with store_errors(path), closing(_opened(path)) as connection:
+            _check(path, connection)
+            if connection.execute("SELECT seal FROM status").fetchall() == [(record.seal,)]:
+                return record
+    return read_journal(path)
 
 
 def damaged(path: Path, why: object) -> StoreError:
@@ -126,17 +214,43 @@ def _record(connection: sqlite3.Connection) -> Record:
     stored = _action_rows(connection)
     if proved and (broken := broken_parts(connection, actions_digest(stored))):
         raise BrokenChainError(" and ".join(f"`{name}`" for name in broken) + " is not what was written")
+    evaluations = _evaluations(individuals, simulations, manifest)
     return Record(
         manifest=manifest,
-        evaluations=_evaluations(individuals, simulations, manifest),
+        evaluations=evaluations,
         generations=tuple(_figures(generation, text) for generation, text in figures),
         status=status,
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
         actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in stored},
+        seal=connection.execute("SELECT seal FROM status").fetchone()[0] if proved else b"",
         links=links,
+        blame=_blame(connection, evaluations, links) if proved else None,
         proved=proved,
     )
+
+
+def _blame(connection: sqlite3.Connection, evaluations: Evaluations, links: Sequence[str]) -> Ints | None:
+    """Return the stored verdicts on collisions; None if there are none, or none for the last of the `links`.
+
+    Raises:
+        BrokenChainError: they are not what was written.
+    """
+    if not _has_table(connection, "blame"):
+        return None
+    rows = connection.execute("SELECT link, verdicts, digest FROM blame").fetchall()
+    verdicts = verdicts_of(rows[0]) if len(rows) == 1 else None
+    if verdicts is None or (at := rows[0][0].hex()) not in links:
+        raise BrokenChainError("`blame` is not what was written")
+    if at != links[-1]:
+        return None
+    hit, said = collisions_of(evaluations), np.full(evaluations.rollouts.verdict.shape, int(Blame.NONE), dtype=np.int32)
+    said[hit] = verdicts
+    return said
+
+
+def _has_table(connection: sqlite3.Connection, name: str) -> bool:
+    return bool(connection.execute("SELECT count(*) FROM sqlite_master WHERE name = ?", (name,)).fetchone()[0])
 
 
 class BrokenChainError(Signal, ValueError):
@@ -144,7 +258,7 @@ class BrokenChainError(Signal, ValueError):
 
 
 def _checked_links(
-    connection: sqlite3.Connection, individuals: tuple[Array, ...], simulations: tuple[Array, ...]
+    connection: sqlite3.Connection, individuals: _Individuals, simulations: _Simulations
 ) -> tuple[str, ...]:
     """Recompute the link of every generation; return all links in hexadecimal, after `BEGINNING`.
 
@@ -152,18 +266,19 @@ def _checked_links(
         BrokenChainError: a link differs from the stored one.
     """
     rows = connection.execute("SELECT generation, figures, link FROM generation ORDER BY generation").fetchall()
-    born, simulated = individuals[0][:, 0], simulations[0]
+    born, simulated = individuals.integers[:, 0], simulations.key[:, 0]
     if [row[0] for row in rows] != list(range(len(rows))) or max(
         born.max(initial=-1), simulated.max(initial=-1)
     ) >= len(rows):
         raise BrokenChainError("its generations are not those that were written")
+    edges = [np.searchsorted(order, np.arange(len(rows) + 1)).tolist() for order in (born, simulated)]
+    tables = individuals.columns(), simulations.columns()
     before, links = BEGINNING, [BEGINNING.hex()]
     for generation, figures, stored in rows:
-        parts = [
-            [array[slice(*np.searchsorted(order, (generation, generation + 1)))] for array in table]
-            for order, table in ((born, individuals), (simulated, simulations))
-        ]
-        before = link(before, figures, *parts)
+        cuts = [slice(*edge[generation : generation + 2]) for edge in edges]
+        before = link(
+            before, figures, *([array[cut] for array in table] for table, cut in zip(tables, cuts, strict=True))
+        )
         if before != stored:
             raise BrokenChainError(f"generation {generation} is not what was written")
         links.append(before.hex())
@@ -180,23 +295,22 @@ def _consistent(record: Record) -> Record:
         raise ValueError
     for past, written in zip(record.past(), record.generations, strict=True):
         found = generation_figures(past, written.generation)
-        for name in ("by_individual", "by_simulation"):
-            pair = [[float(number) for number in astuple(getattr(each, name))] for each in (found, written)]
-            if not np.allclose(*pair, rtol=1e-9, atol=0.0, equal_nan=True):
-                raise ValueError
+        pair = [[*vars(each.by_individual).values(), *vars(each.by_simulation).values()] for each in (found, written)]
+        if not np.allclose(*np.array(pair, dtype=np.float64), rtol=1e-9, atol=0.0, equal_nan=True):
+            raise ValueError
     return record
 
 
 def _action_rows(connection: sqlite3.Connection) -> list[tuple[Any, ...]]:
     """Return the stored decisions; [] unless a controller drives."""
-    if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'action'").fetchone()[0]:
+    if not _has_table(connection, "action"):
         return []
     return connection.execute("SELECT key, turns, numbers, decided FROM action").fetchall()
 
 
 def _spent(connection: sqlite3.Connection) -> float:
     """Return the time until the last generation was written [s]; the results are complete without it."""
-    if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'pace'").fetchone()[0]:
+    if not _has_table(connection, "pace"):
         return 0.0
     return connection.execute("SELECT coalesce(max(seconds), 0.0) FROM pace").fetchone()[0]
 
@@ -240,20 +354,23 @@ def _number(value: Any) -> Any:
     return float("nan") if value is None else value
 
 
-def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...], manifest: Manifest) -> Evaluations:
-    integers, _, genomes = individuals
-    integers = integers.astype(np.int32)
-    births = integers[:, 2:4]
-    names, runs = _runs(simulations, manifest)
-    at = np.array([names[generation, place] for generation, place in births.tolist()], dtype=np.int64)
-    rollouts = map_arrays(runs, lambda array: array[at])
+def _evaluations(individuals: _Individuals, simulations: _Simulations, manifest: Manifest) -> Evaluations:
+    """Return the evaluations; the arrays of `simulations` move into them one by one, so that few are there twice."""
+    integers = individuals.integers
+    births, reused = integers[:, 2:4], integers[:, 4].astype(bool)
+    at = simulations.rows_of(births)
+    runs = simulations.arrays
+    if len(at) != simulations.births or reused.any():
+        for name in runs:
+            runs[name] = runs[name][at]
+    rollouts = Assessment(**runs)
     return Evaluations(
-        genomes=genomes,
+        genomes=individuals.genomes,
         places=integers[:, 0:2],
         births=births,
         operator=integers[:, 5],
         parents=integers[:, 6:10].reshape(-1, 2, 2),
-        reused=integers[:, 4].astype(bool),
+        reused=reused,
         verdict=integers[:, 10],
         fitness=aggregate(goal_of(rollouts), counted(rollouts), manifest.settings["search"]["aggregate"]),
         keys=_keys(births, rollouts.verdict.shape[1], manifest),
@@ -261,65 +378,78 @@ def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...],
     )
 
 
-def _individuals(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
-    """Return the arrays of the individuals as the writer had them: integers (n, 11), fitness (n,), genomes (n, d)."""
-    readers: list[Reader] = [whole_numbers] * 11 + [numbers, _reader("<f8", len(manifest.parameters))]
-    *integers, fitness, genomes = _columns(connection, "individual ORDER BY generation, place", readers)
-    return np.stack(integers, axis=1), fitness, genomes.astype(np.float64)
+def _individuals(connection: sqlite3.Connection, manifest: Manifest) -> _Individuals:
+    count, genes = _count(connection, "individual"), len(manifest.parameters)
+    integers = np.empty((count, 11), dtype=np.int32)
+    found = _Individuals(integers, np.empty(count), np.empty((count, genes)))
+    _fill(connection, "individual ORDER BY generation, place", [*integers.T, found.fitness, found.genomes])
+    return found
 
 
-def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
-    """Return the arrays of the simulations as the writer had them: one per column, blobs as (n, m)."""
-    kinds = [int] * 3 + [row.kind for row in COLUMNS for _ in row.columns]
-    readers: list[Reader] = [numbers if kind is float else whole_numbers for kind in kinds]
-    readers.append(_reader("<i4", 2 * len(manifest.requirements)))
-    if manifest.keeps_sought:
-        readers.append(_reader("<f8", manifest.aims + len(manifest.objectives) + 1))
-    return tuple(_columns(connection, "simulation ORDER BY generation, place, rollout", readers))
-
-
-def _columns(connection: sqlite3.Connection, table: str, readers: Sequence[Reader]) -> list[Array]:
-    """Return the columns of a table, each made by its reader, some rows after the other.
+def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> _Simulations:
+    """Return the simulations.
 
     Raises:
-        ValueError: the table has more or fewer columns.
+        ValueError: the births have different numbers of rollouts.
+    """
+    count, conditions = _count(connection, "simulation"), len(manifest.requirements)
+    key = np.empty((count, 3), dtype=np.int32)
+    flat = {row: np.empty((count, len(row.parts)) if row.parts else count, dtype=row.dtype) for row in COLUMNS}
+    blobs: list[Array] = [np.empty((count, 2 * conditions), dtype=np.int32)]
+    if manifest.keeps_sought:
+        blobs.append(np.empty((count, manifest.aims + len(manifest.objectives) + 1)))
+    scalars = [column for row, array in flat.items() for column in (array.T if row.parts else [array])]
+    _fill(connection, "simulation ORDER BY generation, place, rollout", [*key.T, *scalars, *blobs])
+    births = int((np.diff(key[:, :2], axis=0) != 0).any(axis=1).sum()) + (count > 0)
+    rollouts = count // max(1, births)
+    if births * rollouts != count:
+        raise ValueError("each birth has the same number of rollouts")
+    arrays = {row.name: array for row, array in flat.items()}
+    arrays |= {"tested": blobs[0][:, :conditions], "failed": blobs[0][:, conditions:]}
+    arrays |= _sought(blobs[1], manifest) if blobs[1:] else _nothing_sought(arrays["collided"])
+    shaped = {name: array.reshape(births, rollouts, *array.shape[1:]) for name, array in arrays.items()}
+    return _Simulations(births, rollouts, key, shaped, tuple(blobs))
+
+
+def _count(connection: sqlite3.Connection, table: str) -> int:
+    return connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608
+
+
+def _fill(connection: sqlite3.Connection, table: str, targets: Sequence[Array]) -> None:
+    """Fill arrays with the columns of a table, some rows after the other; blobs fill arrays (n, m).
+
+    Raises:
+        ValueError: the table has more or fewer columns, or a value is not of the type of its column.
     """
     cursor = connection.execute(f"SELECT * FROM {table}")  # noqa: S608
-    if len(cursor.description) != len(readers):
+    if len(cursor.description) != len(targets):
         raise ValueError("values of objectives must be stored if the run has some beside the risk, and only then")
-    parts = [[reader(()) for reader in readers]]
+    row = 0
     while rows := cursor.fetchmany(AT_ONCE):
-        parts.append([reader(column) for reader, column in zip(readers, zip(*rows, strict=True), strict=True)])
-    return [np.concatenate(column) for column in zip(*parts, strict=True)]
+        for target, column in zip(targets, zip(*rows, strict=True), strict=True):
+            part = target[row : row + len(rows)]
+            values = _values(column, part)
+            part[...] = values
+            if part.dtype.kind != "f" and (part != values).any():
+                raise ValueError("a number is larger than any that is written")
+        row += len(rows)
 
 
-def _reader(kind: str, wide: int) -> Reader:
-    """Return a reader of blobs, each with `wide` numbers, as rows."""
-    return lambda blobs: np.frombuffer(b"".join(blobs), dtype=kind).reshape(len(blobs), wide)
-
-
-def _runs(simulations: tuple[Array, ...], manifest: Manifest) -> tuple[dict[tuple[int, int], int], Assessment]:
-    """Return the row of each birth, and all simulations as arrays (births, k, …)."""
-    generation, place = simulations[:2]
-    count, columns = len(generation), dict(zip(SCALARS, simulations[3:], strict=False))
-    born = dict.fromkeys(zip(generation.tolist(), place.tolist(), strict=True))
-    births = {birth: number for number, birth in enumerate(born)}
-    counts, *sought = simulations[3 + len(SCALARS) :]
-    counts = counts.astype(np.int64).reshape(count, 2, len(manifest.requirements))
-    others = _sought(sought[0], manifest) if sought else _nothing_sought(columns)
-    runs = from_columns(columns, tested=counts[:, 0], failed=counts[:, 1], **others)
-    rollouts = count // max(1, len(births))
-    return births, map_arrays(runs, lambda array: array.reshape(len(births), rollouts, *array.shape[1:]))
+def _values(column: Sequence[Any], part: Array) -> Array:
+    """Return the values of a column as an array that fits `part`."""
+    if part.ndim == 2:
+        return np.frombuffer(b"".join(column), dtype=part.dtype.newbyteorder("<")).reshape(part.shape)
+    return numbers(column) if part.dtype.kind == "f" else whole_numbers(column)
 
 
 def _sought(table: Array, manifest: Manifest) -> dict[str, Any]:
-    aims, values = manifest.aims, table.astype(np.float64)
-    return {"sought": values[:, :aims], "broken": values[:, aims:-1], "found": values[:, -1] == 1.0}
+    aims = manifest.aims
+    return {"sought": table[:, :aims], "broken": table[:, aims:-1], "found": table[:, -1] == 1.0}
 
 
-def _nothing_sought(columns: Mapping[str, Array]) -> dict[str, Any]:
-    nothing = np.zeros((len(columns["collided"]), 0))
-    return {"sought": nothing, "broken": nothing, "found": columns["collided"].astype(bool)}
+def _nothing_sought(collided: Array) -> dict[str, Any]:
+    nothing = np.zeros((len(collided), 0))
+    return {"sought": nothing, "broken": nothing, "found": collided.copy()}
 
 
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:

@@ -121,9 +121,8 @@ def avoidable(runs: Runs) -> Floats:
     values, blamed = np.zeros(len(runs.outcomes)), np.zeros(len(runs.outcomes), dtype=bool)
     collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
     simulation, jobs = runs.config.simulation, runs.config.search.jobs
-    answers = avoidability(
-        runs.program, take(runs.scenes, collided), simulation, contact=runs.config.contact, jobs=jobs
-    )
+    scenes, contact = take(runs.scenes, collided), runs.config.contact
+    answers = avoidability(runs.program, scenes, simulation, contact=contact, jobs=jobs, most_margin=MOST_MARGIN)
     for row, answer in zip(collided.tolist(), answers, strict=True):
         if answer is not None and not answer.struck:
             values[row], blamed[row] = _blamed(answer), True

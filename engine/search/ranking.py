@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.search.evaluations import Evaluations, is_aimed
-from engine.search.insight.kinds import codes
+from engine.search.insight.kinds import codes, numbered
 from engine.streams import StreamKey
 from engine.tables import Floats, Ints
 from engine.vocabulary import Blame, Verdict
@@ -130,25 +130,26 @@ def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints)
 
 def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> Ints:
     """Return up to `count` rows in their order: the first, then one of each partner, then of each kind."""
-    kind = codes(evaluations.rollouts, blame)[pool, evaluations.worst_rollout[pool]]
     if count >= len(pool):
         return pool
+    kind = codes(evaluations.rollouts, blame, (pool, evaluations.worst_rollout[pool]))
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
     partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))
-    turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(len(pool))])
+    turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(count)])
     return pool[sorted(list(turns)[:count])]
 
 
 def _firsts(codes: Ints) -> Ints:
     """Return the rows that differ from all earlier rows, in their order."""
-    return np.sort(np.unique(codes, axis=0, return_index=True)[1])
+    return np.sort(np.unique(numbered(codes), return_index=True)[1])
 
 
 def _different(evaluations: Evaluations, rows: Ints) -> Ints:
     """Return the rows without those with an earlier genome."""
-    seen: set[bytes] = set()
-    new = [genome not in seen and not seen.add(genome) for genome in map(bytes, evaluations.genomes[rows])]
-    return rows[np.array(new, dtype=bool)]
+    alike, places = evaluations.first_alike[rows], np.arange(len(rows))
+    first = np.empty(len(evaluations), dtype=np.int64)
+    first[alike[::-1]] = places[::-1]  # of equal indices the last one counts, here the earliest place
+    return rows[first[alike] == places]
 
 
 def _case(evaluations: Evaluations, row: int, rollout: int, rank: int) -> Case:

@@ -335,6 +335,12 @@ def _texts(values: Column) -> Sequence[str]:
     return ["" if text in ("nan", "None") else text for text in texts]
 
 
+def csv_table(columns: Mapping[str, Column]) -> bytes:
+    """Return columns as CSV with a header."""
+    rows = map(",".join, zip(*map(_texts, columns.values()), strict=True))
+    return _lines([",".join(map(_quoted, columns)), *rows])
+
+
 def _generation_lines(campaign: Campaign) -> Iterable[str]:
     names = list(Figures.__dataclass_fields__)
     yield ",".join(["generation", *names, *(f"simulated_{name}" for name in names)])

@@ -9,10 +9,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 
-from engine.assessment import Evaluate, concatenate, map_arrays, take
+from engine.assessment import Evaluate, Rows, concatenate, map_arrays, take
 from engine.config import Config, SearchConfig
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
@@ -70,6 +71,14 @@ class Past:
 NO_PAST = Past()
 
 
+class Done(NamedTuple):
+    """A generation that is evaluated, and its rows."""
+
+    figures: GenerationFigures
+    first: int
+    end: int
+
+
 def run_campaign(
     task: Task,
     searcher: Searcher,
@@ -91,7 +100,8 @@ def run_campaign(
     quantile_level(config.aggregate)
     number = method_number(task.method) if past.number is None else past.number
     start = perf_counter() - past.spent
-    done: list[tuple[Evaluations, GenerationFigures]] = []
+    done: list[Done] = []
+    rows = Rows[Evaluations]()
     best: Case | None = None
     least = (math.inf, math.inf)
     simulations = 0
@@ -101,39 +111,49 @@ def run_campaign(
             if generation < len(past.generations):
                 evaluations = checked(proposals, past.generations[generation], generation)
             else:
-                evaluations = _evaluate(proposals, [block for block, _ in done], task, number)
+                evaluations = _evaluate(proposals, rows, done, task, number)
             searcher.tell(results(evaluations))
-            done.append((evaluations, generation_figures(evaluations, generation)))
+            found, first = generation_figures(evaluations, generation), _rows_of(done)
+            rows.put(evaluations, first)
+            done.append(Done(found, first, first + len(evaluations)))
             for case in worst_cases(evaluations, 1):
                 first, then = (float(key[case.row]) for key in severity(evaluations))
                 if (first, then) < least:
-                    best, least = replace(case, row=case.row + sum(len(block) for block, _ in done[:-1])), (first, then)
-            simulations += done[-1][1].by_simulation.runs
+                    best, least = replace(case, row=case.row + done[-1].first), (first, then)
+            simulations += found.by_simulation.runs
             if on_generation is not None and generation >= len(past.generations):
                 elapsed = perf_counter() - start
-                said = (*done[-1], best, simulations, elapsed, task.objective)
+                said = (evaluations, found, best, simulations, elapsed, task.objective)
                 on_generation(Progress(generation, config.generations, *said))
         status = FINISHED
     except KeyboardInterrupt:
         if not done:
             raise
         status = STOPPED
-    return replace(summarize(task, done, status), elapsed=perf_counter() - start)
+    campaign = summarize(task, rows.table(_rows_of(done)), [each.figures for each in done], status)
+    return replace(campaign, elapsed=perf_counter() - start)
 
 
-def _evaluate(proposals: Sequence[Proposal], blocks: Sequence[Evaluations], task: Task, number: int) -> Evaluations:
+def _rows_of(done: Sequence[Done]) -> int:
+    return done[-1].end if done else 0
+
+
+def _evaluate(
+    proposals: Sequence[Proposal], rows: Rows[Evaluations], done: Sequence[Done], task: Task, number: int
+) -> Evaluations:
     """Return one generation: new individuals are simulated, reused ones are looked up at their birth."""
-    generation, count = len(blocks), len(proposals)
+    generation, count = len(done), len(proposals)
     genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(count, -1)
     births = np.array([proposal.birth for proposal in proposals], dtype=np.int32)
     reused = np.array([proposal.reused is not None for proposal in proposals])
     fresh = np.flatnonzero(~reused)
-    tables: list[tuple[Ints, Assessment]] = [
-        (blocks[int(born)].keys[index, np.newaxis], take(blocks[int(born)].rollouts, slice(index, index + 1)))
-        for born, index in births[reused].tolist()
-    ]
+    tables: list[tuple[Ints, Assessment]] = []
     if len(fresh):
-        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, task, number))
+        tables.append(_simulate(genomes[fresh], births[fresh], generation, task, number))
+    if reused.any():
+        at = np.array([done[int(born)].first for born in births[reused, 0]]) + births[reused, 1]
+        earlier = take(rows.table(_rows_of(done)), at)
+        tables.append((earlier.keys, earlier.rollouts))
     order = np.argsort(np.concatenate([fresh, np.flatnonzero(reused)]))
     rollouts = take(concatenate([runs for _, runs in tables]), order)
     verdict, fitness = judge(rollouts, task.config.aggregate)
@@ -168,13 +188,12 @@ def _simulate(genomes: Floats, births: Ints, generation: int, task: Task, number
     return keys, map_arrays(rows, lambda array: array.reshape(*shape, *array.shape[1:]))
 
 
-def summarize(task: Task, done: Sequence[tuple[Evaluations, GenerationFigures]], status: str) -> Campaign:
+def summarize(task: Task, evaluations: Evaluations, generations: Sequence[GenerationFigures], status: str) -> Campaign:
     """Return the campaign of a search that ended with this status.
 
     Genes are probed if it is finished, and collisions are assessed unless it was interrupted. Ctrl-C makes it
     interrupted. The caller fills in the time.
     """
-    evaluations = concatenate([block for block, _ in done])
     box = Box.of(task.space)
     blame = probes = None
     try:
@@ -191,7 +210,7 @@ def summarize(task: Task, done: Sequence[tuple[Evaluations, GenerationFigures]],
         space=task.space,
         config=task.config,
         evaluations=evaluations,
-        generations=tuple(figure for _, figure in done),
+        generations=tuple(generations),
         by_individual=figures(evaluations, np.ones(len(evaluations), dtype=bool)),
         by_simulation=figures(evaluations, evaluations.simulated),
         distinct_collisions=distinct_collisions(evaluations),

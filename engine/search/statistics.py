@@ -19,6 +19,11 @@ class Interval(NamedTuple):
     high: float
 
 
+def spread_evenly(count: int, most: int) -> Ints:
+    """Return at most `most` of the numbers below `count`, in their order and evenly spread; all if they are fewer."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64)) if count else np.zeros(0, np.int64)
+
+
 def midranks(values: ArrayLike) -> Floats:
     """Return (n,) ranks from 1; ties share the mean of their ranks."""
     array = np.asarray(values, dtype=np.float64)
@@ -32,10 +37,14 @@ def spearman(first: ArrayLike, second: ArrayLike) -> float:
 
     Spearman (1904), "The proof and measurement of association between two things".
     """
-    a, b = midranks(first), midranks(second)
-    if len(a) < 2:
+    return correlation(midranks(first), midranks(second))
+
+
+def correlation(first: Floats, second: Floats) -> float:
+    """Return Pearson's correlation in [-1, 1]; NaN if one side is constant."""
+    if len(first) < 2:
         return float("nan")
-    a, b = a - a.mean(), b - b.mean()
+    a, b = first - first.mean(), second - second.mean()
     scale = float(np.sqrt((a * a).sum() * (b * b).sum()))
     return float(np.clip((a * b).sum() / scale, -1.0, 1.0)) if scale > 0.0 else float("nan")
 
@@ -189,3 +198,62 @@ def fisher(successes: tuple[int, int], trials: tuple[int, int]) -> OddsRatio:
     (a, b), (c, d) = table
     ratio = a * d / (b * c) if b * c else float("inf") if a * d else float("nan")
     return OddsRatio(ratio, float(fisher_exact(table).pvalue))  # type: ignore[union-attr]
+
+
+# -- paired trials -----------------------------------------------------------------------------------------------------
+
+
+def mcnemar(first_only: int, second_only: int) -> float:
+    """Return the two-sided p of equal rates in paired trials, from the pairs in which only one of both succeeds.
+
+    McNemar (1947), "Note on the sampling error of the difference between correlated proportions or percentages"; exact:
+    twice the smaller binomial tail at 1/2, and at most 1. Without such pairs: 1.
+    """
+    if not first_only + second_only:
+        return 1.0
+    from scipy.stats import binom
+
+    tail = binom.cdf(min(first_only, second_only), first_only + second_only, 0.5)
+    return min(1.0, 2.0 * float(tail))
+
+
+def tango_interval(first_only: int, second_only: int, pairs: int, level: float = 0.95) -> Interval:
+    """Return the score interval of the difference of two rates (first less second) in `pairs` paired trials; NaN
+    without pairs.
+
+    Tango (1998), "Equivalence test and confidence interval for the difference in proportions for the paired-sample
+    design", Statistics in Medicine 17: the differences whose score statistic is at most the quantile of the normal
+    distribution.
+    """
+    if not pairs:
+        return Interval(float("nan"), float("nan"))
+    from scipy.special import ndtri
+
+    far, estimate = float(ndtri((1.0 + level) / 2.0)), (first_only - second_only) / pairs
+
+    def score(difference: float) -> float:
+        return _tango_score(difference, first_only, second_only, pairs)
+
+    low = _border(lambda x: score(x) > far, -1.0, estimate)
+    return Interval(low, _border(lambda x: score(x) >= -far, estimate, 1.0))
+
+
+def _tango_score(difference: float, b: int, c: int, n: int) -> float:
+    """Return (b - c - n d) / sqrt(n (2 q + d (1 - d))) for a difference d, where the maximum likelihood estimate q of
+    the probability of c under d is the larger root of 2 n q^2 + (2 n d - b (1 + d) - c (1 - d)) q - c d (1 - d) = 0.
+    """
+    half, last = 0.5 * (2.0 * n * difference - b * (1.0 + difference) - c * (1.0 - difference)), c * difference
+    last *= 1.0 - difference
+    root = math.sqrt(max(0.0, half * half + 2.0 * n * last))
+    q = (root - half) / (2.0 * n) if half <= 0.0 else last / (root + half)
+    variance = n * (2.0 * q + difference * (1.0 - difference))
+    distance = b - c - n * difference
+    return distance / math.sqrt(variance) if variance > 0.0 else math.copysign(math.inf, distance) if distance else 0.0
+
+
+def residual_bound(trials: int, level: float = 0.95) -> float:
+    """Return the upper bound of a rate of which no event was found in independent trials: 1 - (1 - level)^(1 / n).
+
+    It is the upper end of the one-sided interval of Clopper and Pearson (1934). Without trials: 1.
+    """
+    return -math.expm1(math.log1p(-level) / trials) if trials else 1.0

@@ -20,6 +20,8 @@ from engine.kernels import avoidance as kernels
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import PATH_COLUMNS
 from engine.scenes import Scenes
+from engine.search import objectives
+from engine.search.objectives import MOST_MARGIN
 from engine.search.probability.monte_carlo import make_judge
 from engine.vocabulary import Blame, State
 
@@ -303,6 +305,23 @@ def test_a_drive_from_a_checkpoint_is_the_drive_from_the_start(name: str, monkey
     assert repr(avoidability(scenario.program, scenes, config)) == repr(found)
 
 
+def test_a_margin_counts_up_to_its_limit() -> None:
+    """What `avoidable` makes of a collision is the same whether its margin is looked for to the end or up to the limit
+    that counts; nothing else of an answer differs.
+    """
+    scenario = load(EXAMPLE.with_name("right_into_crossing.scn"))
+    scenes, config = scenario.sample(1500, seed=1), scenario.config.simulation
+    limited = avoidability(scenario.program, scenes, config, most_margin=MOST_MARGIN)
+    found = [pair for pair in zip(avoidability(scenario.program, scenes, config), limited, strict=True) if pair[0]]
+    assert any(whole.margin > MOST_MARGIN + 1.0 for whole, _ in found if whole)
+    for whole, part in found:
+        assert whole is not None
+        assert part is not None
+        assert objectives._blamed(whole) == objectives._blamed(part)
+        assert repr(replace(whole, margin=0.0)) == repr(replace(part, margin=0.0))
+        assert part.margin <= MOST_MARGIN + 2.0 * config.time_step
+
+
 def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
     """Whether the reference driver avoids contact when it brakes at each sample before it."""
     again, touches = driven_again(scenario, scenes, row)
@@ -318,7 +337,9 @@ def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.
     case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
     own = np.zeros((len(run.states), len(State)))
     nothing = module.checkpoints(run, 0, touching=False)
-    drives = kernels.DriveMemory(run, outlines, path, own, independent=False, touching=True, checkpoints=nothing)
+    drives = kernels.DriveMemory(
+        run, outlines, path, own, independent=False, touching=True, patience=len(path), checkpoints=nothing
+    )
     found = kernels.resimulate_with_reference(shared, drives, case, R157)
     until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
     again = kernels.Replayed(

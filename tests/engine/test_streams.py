@@ -11,6 +11,7 @@ from engine.streams import (
     StreamKey,
     check_keys,
     format_key,
+    format_keys,
     key_rows,
     method_number,
     old_number,
@@ -37,6 +38,7 @@ new_names = st.text().filter(lambda name: old_number(name) == Method.CUSTOM)
 def test_text_round_trip(key):
     """A key written into a concrete file is read back as it was."""
     assert parse_key(format_key(key)) == key
+    assert format_keys(np.array([key, key], dtype=np.int64)) == [format_key(key)] * 2
 
 
 def test_text_of_a_key():

@@ -39,6 +39,13 @@ JUDGED = (
 )
 
 
+def grouped_text(analysis: Analysis) -> str:
+    """Return how many failures were grouped, if not all were; else ""."""
+    if analysis.grouped in (0, analysis.failures):
+        return ""
+    return f"{analysis.grouped:,} of {analysis.failures:,} failures, spread evenly, were grouped"
+
+
 def fresh_text(cluster: Cluster) -> str:
     """`71 % (66 .. 76)`: how often fresh draws under the condition fail."""
     if not cluster.conditions:

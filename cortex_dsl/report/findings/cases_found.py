@@ -9,7 +9,7 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.lowering.given_out import light_colours
-from cortex_dsl.report.blocks import Drawing
+from cortex_dsl.report.blocks import Drawing, KeyMoment
 from cortex_dsl.report.findings.story import contact_moment
 from engine.avoidability import Avoidability
 from engine.config import Config
@@ -25,7 +25,7 @@ from engine.search.insight.diversity import SECTORS, sector
 from engine.search.insight.kinds import FoundKind, codes, kind_of
 from engine.search.ranking import Case
 from engine.tables import Ints
-from engine.vocabulary import Blame, Side
+from engine.vocabulary import Blame, Side, State
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
@@ -38,8 +38,8 @@ class IsElaborated(Protocol):
     def scenario(self) -> ir.Scenario: ...
 
 
-class Searched(Protocol):
-    """A compiled scenario with its settings: the interface of a `Scenario` that this module uses."""
+class Drawable(Protocol):
+    """A compiled scenario with its settings."""
 
     @property
     def program(self) -> Program: ...
@@ -47,6 +47,11 @@ class Searched(Protocol):
     def config(self) -> Config: ...
     @property
     def compiled(self) -> IsElaborated: ...
+
+
+class Searched(Drawable, Protocol):
+    """The interface of a `Scenario` that this module uses."""
+
     def scene(self, case: Case) -> "Scenes": ...
 
 
@@ -132,31 +137,39 @@ def kinds_of_cases(
 ) -> list[tuple[FoundKind, Case]]:
     """Return each kind of collision among the cases with the first of its cases, avoidable kinds first."""
     unseen = {each.kind: each for each in kinds}
-    every = codes(evaluations.rollouts, blame) if cases else None
     shown = []
-    for case in cases:
-        if every is not None and case.collided:
-            found = unseen.pop(kind_of(*every[case.row, case.rollout].tolist()), None)
-            if found is not None:
-                shown.append((found, case))
+    hit = [case for case in cases if case.collided]
+    rows, rollouts = (np.array([getattr(case, name) for case in hit], dtype=np.int64) for name in ("row", "rollout"))
+    for case, code in zip(hit, codes(evaluations.rollouts, blame, (rows, rollouts)).tolist(), strict=True):
+        found = unseen.pop(kind_of(*code), None)
+        if found is not None:
+            shown.append((found, case))
     return sorted(shown, key=lambda each: each[0].kind.blame != Blame.AVOIDABLE)
 
 
 def drawing_of_contact(scenario: Searched, case: Case, pair: int) -> Drawing | None:
     """Return a case at its contact; None if it cannot be simulated again."""
-    from engine import batch
-
     genome, key = np.array([case.genome]), np.array([case.key], dtype=np.int64)
     if not can_be_driven(scenario.config.driver, key, genome).all():
         return None
     scenes = scenario.scene(case)
-    if not scenes.valid[0]:
-        return None
+    return drawing_of_scene(scenario, scenes, pair) if scenes.valid[0] else None
+
+
+def drawing_of_scene(scenario: Drawable, scenes: "Scenes", pair: int, closest: float = math.nan) -> Drawing:
+    """Return the first of some scenes at its contact; without one at the time `closest` [s], if that is no NaN."""
+    from engine import batch
+
     program, config = scenario.program, scenario.config
     trajectory = batch.trajectory(program, scenes, 0, config.simulation, config.contact)
     shown = light_colours(scenario.compiled.scenario, scenes, 0, config.simulation)
     road = outline(build_network(program.road_spec), shown)
-    return Drawing(road, program.actors, trajectory, contact_moment(trajectory, pair), pair, program.code.actor_kind)
+    moment = contact_moment(trajectory, pair)
+    if moment is None and not math.isnan(closest):
+        sample = int(np.abs(trajectory.time - closest).argmin())
+        x, y = trajectory.states[sample, 0, [State.X, State.Y]].tolist()
+        moment = KeyMoment(sample, False, (x, y))
+    return Drawing(road, program.actors, trajectory, moment, pair, program.code.actor_kind)
 
 
 def cases_content(found: Sequence[CaseFound]) -> list[dict[str, Any]]:

@@ -32,7 +32,7 @@ from engine.search.evaluations import (
     partners,
 )
 from engine.search.insight.independent import COLLISION, IndependentDraws, independent_draws
-from engine.search.insight.kinds import Failures
+from engine.search.insight.kinds import Failures, numbered
 from engine.search.journal_reader import Record
 from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
 from engine.search.protocol import DEFAULT_OBJECTIVES
@@ -98,8 +98,9 @@ def ends_of(program: Program, evaluations: Evaluations) -> list[End]:
     """Return every ending, the most frequent first; last the actors that the ego could have touched and never did."""
     runs, new = evaluations.rollouts, evaluations.simulated
     columns = (runs.verdict, runs.end_reason, runs.end_rule, partner_of(evaluations))
-    found, counts = np.unique(np.stack([column[new].ravel() for column in columns]), axis=1, return_counts=True)
-    ends = [_end(program, end, count) for end, count in zip(found.T.tolist(), counts.tolist(), strict=True)]
+    every = np.stack([column[new].ravel() for column in columns], axis=1)
+    _, first, counts = np.unique(numbered(every), return_index=True, return_counts=True)
+    ends = [_end(program, end, count) for end, count in zip(every[first].tolist(), counts.tolist(), strict=True)]
     return [*sorted(ends, key=lambda end: -end.count), *_never(program, evaluations)]
 
 

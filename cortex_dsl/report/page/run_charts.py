@@ -13,6 +13,7 @@ from cortex_dsl.report.findings.search_report import whole_run
 from cortex_dsl.report.page.charts import Course, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, figure, prose
 from cortex_dsl.report.page.scene_svg import number
+from engine.search.evaluations import first_alike
 from engine.search.journal_reader import Record
 from engine.tables import Floats
 from engine.vocabulary import Verdict
@@ -46,7 +47,7 @@ def _yield_chart(record: Record) -> Element:
     """Return the cumulative number of different collisions, or results of another objective, per generation."""
     evaluations, many = record.evaluations, finds_of(record.manifest.objective).many
     rows = np.flatnonzero(evaluations.simulated & evaluations.found)
-    _, first = np.unique(evaluations.genomes[rows], axis=0, return_index=True)
+    first = np.unique(first_alike(evaluations.genomes[rows]))
     generation = evaluations.places[rows[first], 0]
     found = np.bincount(generation, minlength=len(record.generations)).cumsum().astype(np.float64)
     x = np.arange(1, len(found) + 1, dtype=np.float64)
@@ -83,8 +84,8 @@ def _middle_half(record: Record, field: str) -> tuple[Floats | None, Floats | No
     if values is None:
         return None, None
     chosen = counted & ~evaluations.collided if field == "mdec" else counted
-    generation = evaluations.places[:, 0]
-    rows = [values[chosen & (generation == k)] for k in range(len(record.generations))]
+    edges = np.searchsorted(evaluations.places[chosen, 0], np.arange(1, len(record.generations)))
+    rows = np.split(values[chosen], edges) if record.generations else []
     quartiles = np.array([np.quantile(row, [0.25, 0.75]) if len(row) else [np.nan, np.nan] for row in rows])
     return quartiles.reshape(-1, 2)[:, 0], quartiles.reshape(-1, 2)[:, 1]
 

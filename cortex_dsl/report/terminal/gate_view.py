@@ -148,9 +148,9 @@ class GateProgress:
         """Take the runs of the current file."""
         self.current = (runs, budget)
 
-    def file_done(self, file: FileResult) -> None:
-        """Take a finished file."""
-        self.done, self.runs, self.current = self.done + 1, self.runs + file.runs, (0, 1)
+    def file_done(self, runs: int) -> None:
+        """Take the runs of a finished file."""
+        self.done, self.runs, self.current = self.done + 1, self.runs + runs, (0, 1)
 
     def _print_lines(self) -> None:
         while not self._ended.wait(self.interval):

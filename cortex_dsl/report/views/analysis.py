@@ -13,6 +13,7 @@ from cortex_dsl.report.findings.analysis_report import (
     fastest_text,
     fresh_text,
     grid_text,
+    grouped_text,
     lift_text,
     lost_text,
     margin_text,
@@ -202,7 +203,8 @@ def places_blocks(space: ParamSpace, analysis: Analysis) -> list[Block]:
     ]
     numbers = [Column(head, numbers=True) for head in ("inside", "failure rate", "lift")]
     columns = (Column("failures", numbers=True), Column("where", wrap=True), *numbers)
-    return [Table(columns, rows, name="kinds"), Note(JUDGED, "quiet", apart=True)]
+    notes = [text for text in (grouped_text(analysis), JUDGED) if text]
+    return [Table(columns, rows, name="kinds"), *(Note(text, "quiet", apart=not n) for n, text in enumerate(notes))]
 
 
 def _grid_note(grid: Cells) -> str:

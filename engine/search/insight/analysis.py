@@ -23,6 +23,7 @@ from engine.search.insight.kinds import Failures, FoundKind, blamed, failures, k
 from engine.search.insight.sensitivity import Sensitivity, sensitivity
 from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases
+from engine.search.statistics import spread_evenly
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, GeneKind, Side
 
@@ -87,6 +88,8 @@ class Analysis:
     spread: Spread
     grids: tuple[Grid, ...]
     clusters: tuple[Cluster, ...]
+    grouped: int
+    """Failures that the clusters group: all, or as many spread evenly."""
     genes: tuple[GeneEffect, ...]
     """Effect of each gene in the search, and its effect if it alone is changed."""
     sensitivity: Sensitivity | None
@@ -121,7 +124,7 @@ def analyse(
     evaluate = make_evaluator(program, config, PROFILES[profile])
     blame = blamed(evaluations, make_blaming(program, config)) if blame is None else blame
     worst = worst_cases(evaluations, count, blame)
-    simulated = evaluations.simulated
+    simulated, seed = evaluations.simulated, config.search.seed
     return Analysis(
         simulations=int(simulated.sum()) * evaluations.keys.shape[1],
         valid=int((simulated & evaluations.valid).sum()),
@@ -131,13 +134,14 @@ def analyse(
         fastest=fastest_contact(evaluations),
         spread=spread(evaluations, box),
         grids=(*grids(evaluations, variant_labels(program)), *lane_grids(program, evaluations, config)),
-        clusters=clusters(evaluations, program.space, evaluate, config.search.seed) if can_drive_new_scenes else (),
+        clusters=(groups := clusters(evaluations, program.space, evaluate, seed) if can_drive_new_scenes else ()),
+        grouped=sum(len(each.rows) for each in groups),
         genes=gene_effects(
             box,
             evaluations,
             probe_genes(box, evaluations, evaluate, config.search.probes or 32) if can_drive_new_scenes else None,
         ),
-        sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed)
+        sensitivity=sensitivity(program.space, evaluate, budget, seed)
         if budget and len(box) and can_drive_new_scenes
         else None,
         worst=worst,
@@ -168,16 +172,10 @@ def driven_again(
     return tuple(known.get(row) for row in rows)
 
 
-def _spread_evenly(rows: Sequence[int]) -> list[int]:
-    if len(rows) <= MOST_REPLAYS:
-        return list(rows)
-    return [rows[i] for i in np.linspace(0, len(rows) - 1, MOST_REPLAYS).astype(int).tolist()]
-
-
 def avoided(program: Program, evaluations: Evaluations, blame: Ints, config: Config) -> Avoided:
     """Return the reference driver's answers for a search's collisions, as counts."""
-    rows = np.flatnonzero(evaluations.simulated & evaluations.collided).tolist()
-    answers = driven_again(program, evaluations, _spread_evenly(rows), config)
+    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
+    answers = driven_again(program, evaluations, rows[spread_evenly(len(rows), MOST_REPLAYS)].tolist(), config)
     known = [answer for answer in answers if answer is not None]
     by = Counter(answer.avoidance for answer in known)
     avoidable = (blame == Blame.AVOIDABLE).any(axis=1)

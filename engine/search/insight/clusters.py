@@ -28,7 +28,7 @@ from engine.program import ParamSpace
 from engine.sampling import draw_genomes
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
-from engine.search.statistics import Interval, clopper_pearson
+from engine.search.statistics import Interval, clopper_pearson, spread_evenly
 from engine.streams import StreamKey, key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Method, Verdict
@@ -38,8 +38,12 @@ LEAST_FAILURES = 8
 """Fewer failures than this are not grouped."""
 WEAK = 0.3
 """A mean silhouette below this is no structure to speak of (0.25 to 0.5: weak, Kaufman and Rousseeuw, 1990)."""
+MOST_GROUPED = 20_000
+"""Maximum number of failures in all groups, spread evenly over all."""
 MOST_ROWS = 800
-"""Maximum number of grouped failures, spread evenly over all; a remaining failure joins the group of its nearest."""
+"""Maximum number of failures that make the groups, spread evenly; each of the others joins the group of its nearest."""
+NEAREST_AT_ONCE = 2_000
+"""Failures whose distances are in memory at once."""
 MOST_CONDITIONS = 3
 CUTS = 24
 """Bounds tried for each gene."""
@@ -118,8 +122,11 @@ class Cluster:
 
 
 def clusters(evaluations: Evaluations, space: ParamSpace, evaluate: Evaluate, seed: int = 0) -> tuple[Cluster, ...]:
-    """Return the clusters of a search's failures, the largest first; () without a failure or without a gene."""
+    """Return the clusters of a search's failures, or of `MOST_GROUPED` of them, the largest first; () without a failure
+    or without a gene.
+    """
     failures = np.flatnonzero(evaluations.simulated & evaluations.valid & evaluations.collided)
+    failures = failures[spread_evenly(len(failures), MOST_GROUPED)]
     if not len(failures) or not len(space):
         return ()
     box = Box.of(space)
@@ -147,7 +154,7 @@ def _grouped(units: Floats) -> Ints:
     from scipy.cluster.hierarchy import fcluster, ward
     from scipy.spatial.distance import cdist, pdist, squareform
 
-    part = units[np.unique(np.linspace(0, len(units) - 1, min(len(units), MOST_ROWS)).astype(np.int64))]
+    part = units[spread_evenly(len(units), MOST_ROWS)]
     apart = pdist(part)
     if not apart.any():
         return np.zeros(len(units), dtype=np.int64)
@@ -160,7 +167,8 @@ def _grouped(units: Floats) -> Ints:
             best, labels = quality, cut
     if len(part) == len(units):
         return labels
-    return labels[np.argmin(cdist(units, part), axis=1)]
+    blocks = (units[first : first + NEAREST_AT_ONCE] for first in range(0, len(units), NEAREST_AT_ONCE))
+    return labels[np.concatenate([np.argmin(cdist(block, part), axis=1) for block in blocks])]
 
 
 def _silhouette(table: Floats, labels: Ints) -> float:

@@ -13,10 +13,13 @@ import numpy as np
 
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
+from engine.search.statistics import spread_evenly
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Side
 
 KMH = 1.0 / 3.6
+MOST_NEAREST = 10_000
+"""Maximum number of failures whose nearest other failure is looked for."""
 SPEEDS = tuple(10.0 * step for step in range(1, 10))
 """Inner edges of speeds [km/h]; the last cell is open."""
 CLOSING = tuple(20.0 * step for step in range(8))
@@ -73,7 +76,9 @@ class Spread:
     """
 
     nearest: float
-    """Mean distance to the nearest other failure: near 0 if the search found the same failure again and again."""
+    """Mean distance to the nearest other failure: near 0 if the search found the same failure again and again. Of many
+    failures, the mean over `MOST_NEAREST` that are spread evenly.
+    """
     pairwise: float
     """Mean distance between any two failures; about 1/3 if they fill the box evenly."""
     count: int = 0
@@ -83,13 +88,21 @@ class Spread:
 def spread(evaluations: Evaluations, box: Box) -> Spread:
     """Return the mean distances between the different failures of a search."""
     rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
-    places = np.unique(_places(evaluations.genomes[rows], box), axis=0)
+    places = _different(_places(evaluations.genomes[rows], box))
     if len(places) < 2 or not len(box):
         return Spread(math.nan, math.nan, len(places))
     from scipy.spatial import KDTree
 
-    apart, _ = KDTree(places).query(places, k=2, p=1)
+    apart, _ = KDTree(places).query(places[spread_evenly(len(places), MOST_NEAREST)], k=2, p=1)
     return Spread(float(np.asarray(apart)[:, 1].mean()) / len(box), _mean_difference(places) / len(box), len(places))
+
+
+def _different(places: Floats) -> Floats:
+    """Return the different points among (n, d), in their order: `np.unique` along an axis, in a tenth of the time."""
+    if not places.size:
+        return np.unique(places, axis=0)
+    ordered = places[np.lexsort(places.T[::-1])]
+    return ordered[np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])]
 
 
 def _places(genomes: Floats, box: Box) -> Floats:

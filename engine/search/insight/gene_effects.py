@@ -20,7 +20,7 @@ from engine.outcomes import Assessment
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.ranking import order_of_risk
-from engine.search.statistics import Interval, spearman
+from engine.search.statistics import Interval, correlation, midranks, spread_evenly
 from engine.streams import StreamKey
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
@@ -76,16 +76,17 @@ class Probes:
 def gene_effects(box: Box, evaluations: Evaluations, probes: Probes | None = None) -> tuple[GeneEffect, ...]:
     """Return one effect per gene, in the order of the file."""
     rows = order_of_risk(evaluations)
-    return tuple(_gene_effect(box, gene, evaluations, rows, probes) for gene in range(len(box)))
+    genomes, ranks = evaluations.genomes[rows], midranks(evaluations.fitness[rows])
+    return tuple(_gene_effect(box, gene, genomes[:, gene], ranks, probes) for gene in range(len(box)))
 
 
-def _gene_effect(box: Box, gene: int, evaluations: Evaluations, rows: Ints, probes: Probes | None) -> GeneEffect:
-    values = evaluations.genomes[rows, gene]
+def _gene_effect(box: Box, gene: int, values: Floats, ranks: Floats, probes: Probes | None) -> GeneEffect:
+    """Return the effect of a gene; `values` (n,) are the worst first, with the ranks (n,) of their fitness."""
     ordered = box.kinds[gene] is not GeneKind.INDEX
-    worst = _central_range(values[: -(-len(rows) // 10)])
+    worst = _central_range(values[: -(-len(values) // 10)])
     return GeneEffect(
         name=box.names[gene],
-        correlation=spearman(values, evaluations.fitness[rows]) if ordered else float("nan"),
+        correlation=correlation(midranks(values), ranks) if ordered else float("nan"),
         worst=worst,
         concentration=_concentration(worst, box.high[gene] - box.low[gene]) if ordered else float("nan"),
         effect=float(probes.effect[gene]) if probes else float("nan"),
@@ -110,7 +111,7 @@ def _central_range(values: Floats) -> Interval:
 def probe_genes(box: Box, evaluations: Evaluations, evaluate: Evaluate, count: int) -> Probes | None:
     """Move each gene alone in up to `count` valid cases; None where there is no case or no gene."""
     rows = np.flatnonzero(evaluations.valid & evaluations.simulated)
-    rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(count, len(rows))).astype(np.int64))] if len(rows) else rows
+    rows = rows[spread_evenly(len(rows), count)]
     if not (len(rows) and len(box)):
         return None
     chosen = take(evaluations, rows)

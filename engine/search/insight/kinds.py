@@ -11,6 +11,7 @@ The speeds that separate kinds are those of zones with pedestrians, of towns, an
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from types import EllipsisType
 
 import numpy as np
 
@@ -116,13 +117,16 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
     return said
 
 
-def codes(runs: Assessment, blame: Ints) -> Ints:
-    """Return (…, 6) the kind of every run, in the order of `Kind`'s fields; `blame` has the shape of the runs."""
+def codes(runs: Assessment, blame: Ints, at: tuple[Ints, Ints] | EllipsisType = ...) -> Ints:
+    """Return (…, 6) the kind of every run, in the order of `Kind`'s fields; `blame` has the shape of the runs.
+
+    `at`: the chosen runs, as (m,) rows and (m,) rollouts.
+    """
     ego, other = (
-        np.searchsorted(EDGES, np.abs(np.nan_to_num(speed)), side="right")
+        np.searchsorted(EDGES, np.abs(np.nan_to_num(speed[at])), side="right")
         for speed in (runs.ego_speed, runs.other_speed)
     )
-    return np.stack([runs.pair, runs.side, sector(runs.approach_angle), ego, other, blame], axis=-1)
+    return np.stack([runs.pair[at], runs.side[at], sector(runs.approach_angle[at]), ego, other, blame[at]], axis=-1)
 
 
 def codes_of_draws(runs: Assessment, failed: Bools) -> Ints:
@@ -135,13 +139,22 @@ def codes_of_draws(runs: Assessment, failed: Bools) -> Ints:
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
     """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
     rows, rollouts = np.nonzero(collisions_of(evaluations))
-    every = codes(evaluations.rollouts, blame)[rows, rollouts]
-    found, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
+    every = codes(evaluations.rollouts, blame, (rows, rollouts))
+    _, first, counts = np.unique(numbered(every), return_index=True, return_counts=True)
     made = [
         FoundKind(kind_of(*code), int(count), int(rows[at]), int(rollouts[at]))
-        for code, at, count in zip(found.tolist(), first.tolist(), counts.tolist(), strict=True)
+        for code, at, count in zip(every[first].tolist(), first.tolist(), counts.tolist(), strict=True)
     ]
     return tuple(sorted(made, key=lambda each: (each.kind.blame != Blame.AVOIDABLE, -each.count, each.row)))
+
+
+def numbered(codes: Ints) -> Ints:
+    """Return (n,) a number for each row of whole numbers (n, m) from small ranges, in the order of the rows."""
+    number = np.zeros(len(codes), dtype=np.int64)
+    for column in codes.T:
+        least = int(column.min(initial=0))
+        number = number * (int(column.max(initial=0)) - least + 1) + (column - least)
+    return number
 
 
 def kind_of(pair: int, side: int, direction: int, ego: int, other: int, blame: int) -> Kind:

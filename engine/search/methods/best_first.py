@@ -66,12 +66,20 @@ class BestFirst(InCube):
         self._archive, self._archived_steps = np.empty((0, len(box))), np.empty(0)
         self._value, self._tries = np.empty(0), np.empty(0, dtype=np.int64)
         self._births: list[Birth] = []
+        self._first = np.empty((0, len(box)))
         self._kinds: dict[Kind, int] = {}
         self._kind, self._tries_of_kind = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+
+    def begin_with(self, genomes: Floats) -> None:
+        """Take genomes (n, d) as individuals of the first generation, as many as it has."""
+        points = [self._cube.point(genome) for genome in genomes[: self._population]]
+        self._first = np.array(points).reshape(len(points), self._cube.size)
 
     def _proposals(self) -> list[Proposal]:
         stream = self._streams(self._generation, 0)
         self._points = stream.random((self._population, self._cube.size))
+        if not self._generation:
+            self._points[: len(self._first)] = self._first
         self._steps = np.full(self._population, WIDEST)
         self._stepped_from = np.empty(0, dtype=np.int64)
         if len(self._value) and self._cube.size:

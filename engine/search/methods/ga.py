@@ -24,8 +24,11 @@ An invalid or failed individual is never selected, crossed or mutated; it stays 
 stored result. The stream of an operator is that of the first slot it fills, so no result depends on any other slot.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 from numpy.random import Generator
 
@@ -104,11 +107,35 @@ class _Pool:
     def __len__(self) -> int:
         return len(self.genomes)
 
-    def others(self, member: int) -> list[int]:
-        """Return all members whose genome differs from that of `member`."""
-        if self.different == len(self.genomes):
-            return [*range(member), *range(member + 1, len(self.genomes))]
-        return [other for other, genome in enumerate(self.genomes) if genome != self.genomes[member]]
+    @cached_property
+    def _before(self) -> dict[Genome, list[int]]:
+        """Return the number of members with another genome before each member with a genome, in their order."""
+        before: dict[Genome, list[int]] = {}
+        for member, genome in enumerate(self.genomes):
+            same = before.setdefault(genome, [])
+            same.append(member - len(same))
+        return before
+
+    def others(self, member: int) -> Sequence[int]:
+        """Return all members whose genome differs from that of `member`, without a list of them."""
+        return _Others(len(self.genomes), self._before[self.genomes[member]])
+
+
+@dataclass(frozen=True)
+class _Others(Sequence[int]):
+    """The first whole numbers from 0 on, without some."""
+
+    numbers: int
+    before: Sequence[int]
+    """Number of numbers that stay, before each number that does not."""
+
+    def __len__(self) -> int:
+        return self.numbers - len(self.before)
+
+    def __getitem__(self, place: Any) -> Any:
+        if not 0 <= place < len(self):
+            raise IndexError(place)
+        return place + bisect_right(self.before, place)
 
 
 Breed = Callable[[Generator, int], list[_Child]]
@@ -130,21 +157,25 @@ class GeneticAlgorithm(GenerationSearcher):
     def _proposals(self) -> list[Proposal]:
         proposals: list[Proposal] = []
         taken: set[Genome] = set()
+        ranking = iter(range(len(self._pool)))
         while (slot := len(proposals)) < self._population:
             stream = self._streams(self._generation, slot)
             if not self._pool:
                 proposals += self._born(slot, self._distinct(self._random, stream, 1))
             else:
-                proposals += self._fill(stream, slot, taken)
+                proposals += self._fill(stream, slot, ranking, taken)
         return proposals
 
     def _learn(self, results: Sequence[Result]) -> None:
         self._pool = _pool_of(self._proposed, results)
 
-    def _fill(self, stream: Generator, slot: int, taken: set[Genome]) -> list[Proposal]:
-        """Return one or two proposals from the next slot on, by the operator that the stream chooses."""
+    def _fill(self, stream: Generator, slot: int, ranking: Iterator[int], taken: set[Genome]) -> list[Proposal]:
+        """Return one or two proposals from the next slot on, by the operator that the stream chooses.
+
+        `ranking` are the members that no slot has looked at as an elite; those before them are taken.
+        """
         u = stream.random()
-        elite = next_elite(range(len(self._pool)), self._pool.genomes, taken) if u < self._elite_below else None
+        elite = next_elite(ranking, self._pool.genomes, taken) if u < self._elite_below else None
         if elite is not None:
             taken.add(self._pool.genomes[elite])
             return [self._unchanged(elite)]

@@ -16,9 +16,13 @@ from typing import Any
 
 import pytest
 
+import cortex_dsl.api.run_folder
+import engine.search.run
 from cortex_dsl import load
 from cortex_dsl.api.run_folder import SearchOptions, search_and_keep
+from engine.search import chain, journal_reader
 from engine.search.campaign import Progress
+from engine.search.insight.kinds import collisions_of
 from engine.search.journal import WITHOUT_CHAIN
 from engine.search.journal_reader import read_journal
 from engine.search.store import RemovedError
@@ -419,3 +423,99 @@ def test_a_journal_of_another_version_is_reported_with_a_warning(
     result = cortexc("analyse", run, "--budget", 0)
     assert result.code == 0
     assert "numpy" in result.said
+
+
+WITHOUT_SPACE = """
+import resource, sys
+
+size = int(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+sys.exit(main(sys.argv[2:]))
+"""
+"""A command that may write files of so many bytes."""
+
+
+def test_a_file_that_may_not_grow(
+    cortexc: Command, command_server: ForkServer, left_turn: Path, tmp_path: Path
+) -> None:
+    """The search ends with 2 and a word wherever the space ends; `resume` leaves what an undisturbed search leaves."""
+    assert cortexc(left_turn, *SEARCH, "--out", tmp_path / "whole").code == 0
+    for size in (120_000, 200_000):
+        run = tmp_path / f"run-{size}"
+        done = command_server.run(WITHOUT_SPACE, size, left_turn, *SEARCH, "--out", run)
+        assert done.status == 2, done.err
+        assert "cortexc resume" in done.err
+        assert "Traceback" not in done.err
+        assert 0 < written(run) < GENERATIONS
+        assert cortexc("resume", run).code == 0
+        assert tables(run) == tables(tmp_path / "whole")
+
+
+@pytest.mark.parametrize("when", ["a generation", "the analysis", "the files"])
+def test_memory_that_is_used_up(
+    when: str, cortexc: Command, left_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search ends with 2 and a word; `resume` leaves what an undisturbed search leaves."""
+    assert cortexc(left_turn, *SEARCH, "--out", tmp_path / "whole").code == 0
+    run, calls = tmp_path / "run", iter(range(1000))
+    module, name, last = {
+        "a generation": (engine.search.run, "_simulate", 5),
+        "the analysis": (engine.search.run, "blamed", 0),
+        "the files": (cortex_dsl.api.run_folder, "derived_files", 0),
+    }[when]
+    function = getattr(module, name)
+
+    def hungry(*arguments: Any, **options: Any) -> Any:
+        if next(calls) == last:
+            raise MemoryError
+        return function(*arguments, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(module, name, hungry)
+        result = cortexc(left_turn, *SEARCH, "--out", run)
+    assert result.code == 2
+    assert "more memory than there is" in result.said
+    assert "cortexc resume" in result.said
+    assert read_journal(run / "journal.sqlite").status == "running"
+    assert written(run) == (5 if when == "a generation" else GENERATIONS)
+    assert cortexc("resume", run).code == 0
+    assert tables(run) == tables(tmp_path / "whole")
+
+
+def rechained(journal: Path, change: str) -> None:
+    """Change a journal, and write its links, its seal and the digest of its verdicts anew."""
+    record = read_journal(journal)
+    with closing(sqlite3.connect(journal)) as connection, connection:
+        assert connection.execute(change).rowcount > 0
+        individuals, simulations = (
+            read(connection, record.manifest).columns()
+            for read in (journal_reader._individuals, journal_reader._simulations)
+        )
+        before = chain.BEGINNING
+        for generation, figures in connection.execute("SELECT generation, figures FROM generation").fetchall():
+            own = [
+                [column[order == generation] for column in table]
+                for order, table in ((individuals[0][:, 0], individuals), (simulations[0], simulations))
+            ]
+            before = chain.link(before, figures, *own)
+            connection.execute("UPDATE generation SET link = ? WHERE generation = ?", (before, generation))
+        chain.seal(connection)
+        connection.execute("DELETE FROM blame")
+        verdicts = record.blame
+        assert verdicts is not None
+        row = chain.blame_row(before, verdicts[collisions_of(record.evaluations)])
+        connection.execute("INSERT INTO blame VALUES (?, ?, ?)", row)
+
+
+def test_a_journal_that_another_searcher_wrote(cortexc: Command, ga_run: Path, tmp_path: Path) -> None:
+    """A chain proves what was written, and commands that show a run ask for no more. `verify` and `resume` promise that
+    the method of the run proposed it, and let it propose again.
+    """
+    run = shutil.copytree(ga_run, tmp_path / "run")
+    rechained(run / "journal.sqlite", "UPDATE individual SET operator = 3 WHERE generation = 3 AND operator = 2")
+    for words in (("report", run), ("analyse", run, "--budget", 0)):
+        assert cortexc(*words).code == 0
+    for words, message in ((("verify", run), "not what ga proposes"), (("resume", run), "is not the one that follows")):
+        result = cortexc(*words)
+        assert result.code == 2
+        assert message in " ".join(result.said.split())

@@ -13,6 +13,8 @@ import pytest
 import cortex_dsl as cx
 from cortex_dsl.report.findings.verification_report import ANSWERS
 from engine.errors import CortexError
+from engine.search import chain
+from engine.search.insight.kinds import collisions_of
 from engine.search.store import JOURNAL
 from tests.journals import unchain
 
@@ -141,3 +143,26 @@ def test_slips_have_a_cure(cortexc: Command, run: Path, tmp_path: Path) -> None:
         cx.prove(run, -1)
     with pytest.raises(CortexError):
         cx.verify(run, model="static")
+
+
+def test_verdicts_on_collisions_are_those_of_the_reference_driver(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """The journal has them, so that nobody drives again to show a run; `verify` does."""
+    there = cx.open_run(run)
+    stored, again = there.record.blame, there.blame_again
+    assert stored is not None
+    assert (stored.dtype, stored.tolist()) == (again.dtype, again.tolist())
+    hit = collisions_of(there.record.evaluations)
+    assert hit.any()
+    bare = copied(run, tmp_path, "DELETE FROM blame")
+    with closing(sqlite3.connect(bare / JOURNAL)) as connection, connection:
+        connection.execute("DROP TABLE blame")
+    assert cx.open_run(bare).record.blame is None
+    assert cx.open_run(bare).blame.tolist() == stored.tolist()
+
+    forged = copied(run, tmp_path)
+    with closing(sqlite3.connect(forged / JOURNAL)) as connection, connection:
+        row = chain.blame_row(bytes.fromhex(there.record.link), (stored[hit] + 1) % 3)
+        connection.execute("UPDATE blame SET link = ?, verdicts = ?, digest = ?", row)
+    result = cortexc("verify", forged, "--sample", 1)
+    assert result.code == 2
+    assert "the reference driver answers otherwise" in result.said

@@ -60,9 +60,7 @@ def test_a_domain_changes_neither_program_nor_scenes_nor_runs(lines: tuple[str, 
     assert given.program.digest == plain.program.digest
     assert len(given.scenario.domains) == len(lines)
     measured = compiled(*lines, use=ir.DomainUse())
-    one, other = (
-        Scenario(each, cx.Config(), {}) for each in (plain, measured)
-    )
+    one, other = (Scenario(each, cx.Config(), {}) for each in (plain, measured))
     scenes, again = one.sample(60, seed=3), other.sample(60, seed=3)
     for name in ("verdict", "genomes", "draws", "variant", "attempts", "failed"):
         assert np.array_equal(getattr(scenes, name), getattr(again, name), equal_nan=True), name

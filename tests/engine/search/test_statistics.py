@@ -16,9 +16,12 @@ from engine.search.statistics import (
     fisher,
     holm,
     mann_whitney,
+    mcnemar,
     midranks,
     newcombe_interval,
+    residual_bound,
     spearman,
+    tango_interval,
 )
 
 samples = st.lists(st.integers(-8, 8).map(float), min_size=1, max_size=12)
@@ -201,3 +204,77 @@ def test_bounds_hold_the_estimate_and_the_bootstrap(first: list[float], second: 
     assert bounds.low <= drawn.low
     assert bounds.high >= drawn.high
     assert bounds.high > bounds.low
+
+
+# -- paired trials -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("table", "p", "interval"),
+    [
+        ((1, 1, 7, 12), 0.070313, (-0.5172, -0.0260)),
+        ((59, 6, 16, 80), 0.052479, (-0.1240, -0.0054)),
+    ],
+)
+def test_paired_examples_that_are_published(table: tuple[int, ...], p: float, interval: tuple[float, float]) -> None:
+    """Two examples of Fagerland, Lydersen and Laake (2014), "Recommended tests and confidence intervals for paired
+    binomial proportions": airway hyper-responsiveness, and response to a therapy.
+    """
+    _, first_only, second_only, _ = table
+    assert mcnemar(first_only, second_only) == pytest.approx(p, abs=1e-6)
+    assert tango_interval(first_only, second_only, sum(table)) == pytest.approx(interval, abs=1e-4)
+
+
+pairs_of = st.integers(1, 400).flatmap(
+    lambda n: st.tuples(st.just(n), st.integers(0, n)).flatmap(
+        lambda nb: st.tuples(st.just(nb[0]), st.just(nb[1]), st.integers(0, nb[0] - nb[1]))
+    )
+)
+
+
+@given(pairs_of, st.sampled_from((0.8, 0.95, 0.99)))
+def test_the_interval_of_a_paired_difference(counts: tuple[int, int, int], level: float) -> None:
+    """It holds the estimate, is mirrored if both sides change places, and its ends have the score of its level, where
+    the constrained estimate is the best of a fine grid.
+    """
+    n, b, c = counts
+    low, high = tango_interval(b, c, n, level)
+    assert -1.0 <= low <= (b - c) / n <= high <= 1.0
+    assert tango_interval(c, b, n, level) == pytest.approx((-high, -low), abs=1e-9)
+    assert mcnemar(b, c) == mcnemar(c, b)
+    assert mcnemar(b, c) == pytest.approx(stats.binomtest(b, b + c, 0.5).pvalue if b + c else 1.0)
+    z = stats.norm.ppf((1.0 + level) / 2.0)
+    for end in (low, high):
+        if abs(end) > 0.999:
+            continue
+        best = max(0.0, -end)
+        grid = np.linspace(best, (1.0 - end) / 2.0, 200_001)[1:-1]
+        with np.errstate(divide="ignore"):
+            likelihood = b * np.log(grid + end) + c * np.log(grid) + (n - b - c) * np.log(1.0 - 2.0 * grid - end)
+        q = grid[np.argmax(likelihood)]
+        variance = n * (2.0 * q + end * (1.0 - end))
+        assert abs((b - c - n * end) ** 2 / variance / z**2 - 1.0) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("rates", "n"), [((0.05, 0.1), 60), ((0.02, 0.02), 200), ((0.3, 0.1), 30), ((0.01, 0.08), 100)]
+)
+def test_the_interval_covers_the_difference(rates: tuple[float, float], n: int) -> None:
+    """Its coverage, summed over every table, is that of its level."""
+    p, q = rates
+    covered = 0.0
+    for b in range(n + 1):
+        for c in range(n + 1 - b):
+            weight = stats.multinomial.pmf([b, c, n - b - c], n, [p, q, 1.0 - p - q])
+            if weight > 1e-9:
+                low, high = tango_interval(b, c, n)
+                covered += weight * (low <= p - q <= high)
+    assert 0.935 < covered < 0.98
+
+
+def test_the_bound_of_a_rate_without_an_event() -> None:
+    """It is the one-sided bound of Clopper and Pearson, and 3 / n where n is large."""
+    assert residual_bound(10_000) == pytest.approx(3.0e-4, rel=2e-3)
+    for n in (1, 7, 300):
+        assert residual_bound(n) == pytest.approx(stats.beta.ppf(0.95, 1, n))
+    assert residual_bound(0) == 1.0

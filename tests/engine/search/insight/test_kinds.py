@@ -140,7 +140,8 @@ def test_the_worst_hold_each_partner_and_kind_before_a_second(rows: list[Happeni
     assert len(chosen) == min(count, len(rows))
     finds = [case.row for case in everyone if case.collided]
     pool = finds if len(finds) >= count else order
-    each = {row: tuple(code) for row, code in enumerate(codes(table, blame)[:, 0].tolist())}
+    every = codes(table.rollouts, blame)[:, 0]
+    each = {row: tuple(code) for row, code in enumerate(every.tolist())}
     partners, every = {each[row][0] for row in pool}, {each[row] for row in pool}
     # The worst of all may be a second of its partner or kind: it takes a place of its own at most.
     assert len({each[case.row][0] for case in chosen}) >= min(count - 1, len(partners))

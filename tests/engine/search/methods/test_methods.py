@@ -502,3 +502,17 @@ def test_trust_regions_find_what_lies_in_a_narrow_place(
         for method in ("trust_regions", "random")
     }
     assert away["trust_regions"] < 0.04 < away["random"]
+
+
+@pytest.mark.parametrize("count", [0, 2, 10])
+@pytest.mark.parametrize("method", [BestFirst, FailureKinds])
+def test_a_search_that_begins_with_genomes(space: ParamSpace, count: int, method: type[BestFirst]) -> None:
+    """The first generation holds them, as many as it has places; the others are those of the search without them."""
+    box, streams = Box.of(space), partial(operator_generator, 1, 0, 0)
+    plain, warm = method(box, 6, streams), method(box, 6, streams)
+    genomes = np.array([proposal.genome for proposal in method(box, 12, partial(operator_generator, 2, 0, 0)).ask()])
+    warm.begin_with(genomes[:count])
+    first, others = [proposal.genome for proposal in warm.ask()], [proposal.genome for proposal in plain.ask()]
+    taken = min(count, 6)
+    assert first[:taken] == [pytest.approx(tuple(genome)) for genome in genomes[:taken].tolist()]
+    assert first[taken:] == others[taken:]

@@ -1,0 +1,78 @@
+"""Parts of the commands that judge files, `test` and `compare`: values of options, outputs, and the progress."""
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cortex_dsl.console.terminal import Terminal, UsageError
+from cortex_dsl.console.user_files import check_writable
+
+if TYPE_CHECKING:
+    from cortex_dsl.api.scenario import Scenario
+    from cortex_dsl.report.terminal.gate_view import GateProgress
+
+
+@contextmanager
+def usage_errors() -> Generator[None]:
+    """Turn a mistake on the command line or in a path into a UsageError."""
+    from cortex_dsl.api.baseline import BaselineError
+    from cortex_dsl.api.contenders import NotComparableError
+    from cortex_dsl.api.scenario_files import NoSuchPathError
+    from engine.errors import ArgumentError, InterchangeError, UnreadableFileError
+    from engine.search.store import StoreError
+    from engine.search.workers import WorkersLostError
+
+    solvable = (
+        ArgumentError,
+        BaselineError,
+        InterchangeError,
+        NoSuchPathError,
+        NotComparableError,
+        StoreError,
+        UnreadableFileError,
+        WorkersLostError,
+    )
+    try:
+        yield
+    except solvable as error:
+        raise UsageError(error.message, error.cure) from error
+
+
+def read_by(name: str, *others: str) -> Callable[[str], Any]:
+    """Return the parser of a value by a function of `cortex_dsl.api.limits`, to which `others` are passed, too."""
+
+    def parse(text: str) -> Any:
+        from cortex_dsl.api import limits
+
+        with usage_errors():
+            return getattr(limits, name)(text, *others)
+
+    return parse
+
+
+def check_output(path: Path | None) -> None:
+    """Check that a file can be written, before anything runs.
+
+    Raises:
+        UsageError: it cannot.
+    """
+    if path is None:
+        return
+    if path.is_dir():
+        raise UsageError(f"cannot write `{path}`: it is a folder", "name a file")
+    if not path.parent.is_dir():
+        raise UsageError(f"cannot write `{path}`: there is no folder `{path.parent}`", "make it, or name another one")
+    check_writable(path)
+
+
+def compiling(progress: "GateProgress", terminal: Terminal) -> "Callable[[Scenario], None]":
+    """Return a callback that compiles the kernels of a scenario before its first run, beside the progress."""
+    from cortex_dsl.console.kernels import SEARCH, compile_kernels, find_missing_kernels
+
+    def prepare(scenario: "Scenario") -> None:
+        if find_missing_kernels(SEARCH, scenario.program, scenario.config) is not None:
+            with progress.paused():
+                compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
+
+    return prepare
