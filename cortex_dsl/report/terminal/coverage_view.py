@@ -58,7 +58,7 @@ def _section(title: str, cells: Sequence[CellResult], report: CoverageReport) ->
     yield Text(title, "title")
     for cell in cells[:LISTED]:
         line = Text.assemble((visible(report.name_of(cell)), "bar"), ": ", visible(report.reason(cell)))
-        yield Padding(line, (0, 0, 0, 2))
+        yield Padding(line, (0, 0, 0, 2), expand=False)
         if cell.worst is not None:
             yield Command(cell.worst.replay, 4)
     if len(cells) > LISTED:
