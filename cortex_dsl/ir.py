@@ -416,6 +416,8 @@ class Cell:
     closed: bool
     """True if the upper end belongs to the cell."""
     text: str
+    item: str = ""
+    """Source text of an item that is no number."""
 
 
 @frozen
@@ -432,6 +434,8 @@ class Domain:
     """Unit in which values are shown."""
     scale: float
     """SI value = shown value * scale."""
+    si: str
+    """SI unit word of the value; "" for a pure number."""
     cells: tuple[Cell, ...]
     least: float = math.nan
     """Least possible value by interval arithmetic, SI; NaN unless the instant is the start."""

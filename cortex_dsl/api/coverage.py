@@ -7,7 +7,7 @@ more requirement, and by the instants at which the runs ended. Prints nothing.
 import math
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -41,8 +41,9 @@ from cortex_dsl.report.findings.coverage_report import (
     State,
     Worst,
 )
+from cortex_dsl.report.findings.probability_report import withheld_text
 from cortex_dsl.report.findings.story import end_of, end_text
-from cortex_dsl.semantics.acting.domains import OBJECTIVE, requirement_name
+from cortex_dsl.semantics.acting.domains import OBJECTIVE, condition_text, requirement_name
 from cortex_dsl.source import Source
 from engine.dependence import leaves_nothing_to_chance
 from engine.driving.blocks import Driver
@@ -54,6 +55,8 @@ from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES, assess
 from engine.scenes import Scenes
+from engine.search.probability.estimates import Withheld
+from engine.search.probability.monte_carlo import LEAST_SUBSET, estimate
 from engine.search.statistics import clopper_pearson
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Sense, Verdict
@@ -65,6 +68,12 @@ WORK = 20_000_000
 """Values that the analysis of one program may compute."""
 ALONE = 400
 """Maximum number of cells with a program of their own, whose proofs are stronger than those of a program for many."""
+MOST_SOUGHT = 100
+"""Maximum number of cells for which a directed search is made."""
+SEARCH, POPULATION = "cmaes", 25
+"""Method of such a search, and its individuals of a generation."""
+EVENT = "no value in the cell"
+"""Name of the `expect` that such a search breaks."""
 EVENTS = 3
 """Maximum number of events that are listed for a blocked cell."""
 
@@ -78,6 +87,8 @@ class CoveragePlan:
     budget: Budget = field(default_factory=lambda: budget_of(RUNS))
     seed: int = 0
     joint: bool = False
+    rare: int = 0
+    """Runs of the directed search for an untried cell, and of each level of its probability; 0: no search."""
     driver: Driver | None = None
     replay: tuple[str, ...] = ()
     """Words of a replay command that name the driver, and params."""
@@ -95,11 +106,11 @@ def cover(scenario: Scenario, source: Source, plan: CoveragePlan, on_runs: OnRun
     return _Coverage(scenario, source, plan).report(on_runs)
 
 
-def check_domains(scenario: Scenario, ways: int | None = None) -> int:
+def check_domains(scenario: Scenario, ways: int | None = None, rare: int = 0) -> int:
     """Return the number of domains in a product.
 
     Raises:
-        ArgumentError: the file has no domains, fewer than `ways`, or too many cells.
+        ArgumentError: the file has no domains, fewer than `ways`, or too many cells, or `rare` is too small.
     """
     domains = scenario.compiled.scenario.domains
     if not domains:
@@ -109,6 +120,8 @@ def check_domains(scenario: Scenario, ways: int | None = None) -> int:
         have = len(domains)
         raise ArgumentError(f"--ways is {ways}, but the file has {have} `domain` lines", f"give at most {have}")
     ways = min(2, len(domains)) if ways is None else ways
+    if 0 < rare < LEAST_SUBSET:
+        raise ArgumentError(f"--rare is {rare}", f"give at least {LEAST_SUBSET:,} runs")
     total = count_cells([len(each.cells) for each in domains], ways)
     if total > MOST_CELLS:
         largest = max(domains, key=lambda each: len(each.cells))
@@ -146,7 +159,7 @@ class _Coverage:
         self.program = scenario.program
         self.domains = scenario.compiled.scenario.domains
         self.path = scenario.compiled.source.name
-        self.ways = check_domains(scenario, plan.ways)
+        self.ways = check_domains(scenario, plan.ways, plan.rare)
         self.sizes = [len(each.cells) for each in self.domains]
         self.expects = [i for i, o in enumerate(self.program.judged.objectives) if o.sense is Sense.EXPECT]
         self.proofs = _Proofs(self)
@@ -217,7 +230,7 @@ class _Coverage:
         self.scenario.check_possible()
         drawn = self.drawn(on_runs)
         results = [cell for domains in products(self.sizes, self.ways) for cell in self._product(domains, drawn)]
-        results = [*self._with_intervals(results)]
+        results = [*self._with_intervals(self._with_rare(results))]
         at_start = [number for number, each in enumerate(self.domains) if each.when != "contact"]
         valueless = int((drawn.places[:, at_start] == MISSING).any(axis=1).sum())
         return CoverageReport(
@@ -286,8 +299,51 @@ class _Coverage:
         events = tuple((end_text(self.program, EndReason(reason), rule), count) for (reason, rule), count in ends)
         return CellResult(domains, cells, State.BLOCKED, int(begun.sum()), events=events, draws=total)
 
-    def _with_intervals(self, results: Sequence[CellResult]) -> Iterator[CellResult]:
+    def _with_rare(self, results: Sequence[CellResult]) -> Iterator[CellResult]:
+        """Yield the cells, untried ones as rare if a directed search reaches them: the first ones at the start."""
+        left = MOST_SOUGHT if self.plan.rare else 0
+        for each in results:
+            at_start = all(self.domains[domain].when == "start" for domain in each.domains)
+            if each.state is not State.UNTRIED or not at_start or not left:
+                yield each
+                continue
+            left -= 1
+            yield self._sought(each)
+
+    def _sought(self, cell: CellResult) -> CellResult:
+        """Return an untried cell after a directed search, with the probability of a scene in it.
+
+        The event of the search is a broken `expect`, that the values do not lie in the cell.
+        """
+        places = zip(cell.domains, cell.cells, strict=True)
+        conditions = [condition_text(self.domains[d], self.domains[d].cells[c]) for d, c in places]
+        text = f'{self.source.text.rstrip()}\nexpect not ({" and ".join(conditions)}) as "{EVENT}"\n'
+        source = replace(self.source, text=text)
+        compiled = compile_source(source, self.scenario.overrides, scenario=self.scenario.chosen, files=DISK)
+        config = replace(self.scenario.config, search=replace(self.scenario.config.search, seed=self.plan.seed))
+        searched = replace(self.scenario, compiled=compiled, config=config)
+        campaign = searched.search(
+            SEARCH,
+            objective=EVENT,
+            generations=self.plan.rare // POPULATION,
+            population=POPULATION,
+            jobs=self.plan.jobs,
+        )
+        best = next(iter(campaign.worst), None)
+        if best is None or not best.continuous > 0.0:
+            return replace(cell, remark=f"nor of {self.plan.rare:,} runs of a directed search")
+        found = estimate(compiled.program, config, "subset", self.plan.rare, self.plan.seed, of=EVENT)
+        reason = "" if found.withheld is Withheld.NOTHING else withheld_text(found)
+        known = None if reason else (found.value, found.interval.low, found.interval.high)
+        case = self.scenario.concrete(self.scenario.scene_of(best.genome, best.key))
+        params = tuple(zip(self.program.space.names, best.genome, self.program.space.units, strict=True))
+        return replace(
+            cell, state=State.RARE, sought=self.plan.rare, probability=known, remark=reason, case=case, params=params
+        )
+
+    def _with_intervals(self, results: Iterable[CellResult]) -> Iterator[CellResult]:
         """Yield the cells, the covered ones with the interval of their rate."""
+        results = tuple(results)
         covered = sum(each.state is State.COVERED for each in results)
         level = 1.0 - (1.0 - LEVEL) / max(1, covered) if self.plan.joint else LEVEL
         interval = cache(lambda failures, runs: clopper_pearson(failures, runs, level))
@@ -372,8 +428,8 @@ class _Proofs:
         involved = [names[name] for r in proof if (name := program.requirements[r].name) in names]
         others = [program.requirements[r] for r in proof if program.requirements[r].name not in names]
         state = State.EXCLUDED if others else State.IMPOSSIBLE
-        told = tuple(RequirementInfo(each.name, program.place(each.line) if each.line else "") for each in others)
-        return CellResult((), (), state, requirements=told, culprits=tuple(domain for domain, _ in involved))
+        named = tuple(RequirementInfo(each.name, program.place(each.line) if each.line else "") for each in others)
+        return CellResult((), (), state, requirements=named, culprits=tuple(domain for domain, _ in involved))
 
     def _say(self, text: str) -> None:
         self.remark = text

@@ -137,7 +137,7 @@ def _test() -> Command:
     return TEST
 
 
-@_subcommand("coverage", "cells of the domains: covered, impossible, untried …", "FILE")
+@_subcommand("coverage", "cells of the domains: covered, impossible, untried …", "FILE", first_page=False)
 def _coverage() -> Command:
     from cortex_dsl.cli.coverage import COVERAGE
 

@@ -21,13 +21,14 @@ for each cell of their product whether it is covered, or why it is not."""
 EPILOG = """\
 states of a cell:
   covered     runs lie in it: failures, interval of their rate, the worst run
+  rare        --rare: a directed search reaches it, with its probability
   blocked     scenes exist, but their runs end before the instant of the domain
   untried     no run lies in it, and nothing is proved: bound of its probability
   excluded    every scene breaks a `require`, which is named
   impossible  no value of the file lies in it, by interval arithmetic
 
 exit codes: 4 if --require is not met, 3 without a valid run; others: `test`"""
-DOCUMENT, TABLE = "coverage.json", "cells.csv"
+DOCUMENT, TABLE, CASE = "coverage.json", "cells.csv", "rare-"
 """Files of --out."""
 
 
@@ -47,7 +48,7 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
     with usage_errors():
         plan = _plan(options)
         scenario = replace(scenario, config=replace(scenario.config, driver=None))
-        check_domains(scenario, plan.ways)
+        check_domains(scenario, plan.ways, plan.rare)
         compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
         impossible = proved_impossible(scenario, request, run, terminal, "coverage", {"cells": []})
         if impossible is not None:
@@ -75,6 +76,7 @@ def _plan(options: argparse.Namespace) -> "CoveragePlan":
         budget=options.budget or budget_of(RUNS),
         seed=options.seed or 0,
         joint=options.joint,
+        rare=options.rare or 0,
         driver=driver_of(options.ego, options.ego_batch, options.ego_observes),
         replay=tuple(words),
         jobs=options.jobs,
@@ -122,6 +124,9 @@ def _write(report: "CoverageReport", options: argparse.Namespace, terminal: Term
     content = {**coverage_content(report), "diagnostics": terminal.diagnostics, "notes": terminal.notes}
     write_output(options.out / DOCUMENT, document("coverage", content))
     write_output(options.out / TABLE, table.getvalue())
+    for number, cell in enumerate(report.cells, start=1):
+        if cell.case:
+            write_output(options.out / f"{CASE}{number}.scn", cell.case)
 
 
 COVERAGE = Command(
@@ -146,6 +151,7 @@ COVERAGE = Command(
             read_by("probability_of", "--require", "share"),
         ),
         Option("--joint", "intervals that hold together (Bonferroni)", default=False),
+        Option("--rare", "search untried cells at the start, by N runs each (0)", "N", whole_number(0, 10**6)),
         Option("--out", "folder for coverage.json and cells.csv", "DIR", Path),
         replace(SEED, type=whole_number(0, 9_000_000_000)),
         JOBS,

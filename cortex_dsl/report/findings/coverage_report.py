@@ -106,6 +106,14 @@ class CellResult:
     """Blocked: what ended the runs, and how many, the most frequent first."""
     draws: int = 0
     """Blocked and untried: runs in all."""
+    sought: int = 0
+    """Rare: runs of the directed search."""
+    params: tuple[tuple[str, float, str], ...] = ()
+    """Rare: name, value and unit of each param of the scene that was found."""
+    case: str = ""
+    """Rare: that scene as a file."""
+    probability: tuple[float, float, float] | None = None
+    """Rare: probability of the cell and its 95 % interval; None if there is none, for the reason in `remark`."""
     remark: str = ""
 
     @property
@@ -212,7 +220,12 @@ def _untried(_report: CoverageReport, cell: CellResult) -> str:
 
 
 def _rare(_report: CoverageReport, cell: CellResult) -> str:
-    return f"reached by a directed search: {cell.remark}"
+    params = ", ".join(f"{name} {significant(value, 6)} {unit}".rstrip() for name, value, unit in cell.params)
+    reached = f"reached by a directed search of {cell.sought:,} runs ({params})"
+    if cell.probability is None:
+        return f"{reached}; no probability: {cell.remark}"
+    value, low, high = (significant(each, 3) for each in cell.probability)
+    return f"{reached}; probability {value}: {low} to {high}"
 
 
 _REASONS = {
@@ -283,6 +296,10 @@ def _cell_content(report: CoverageReport, cell: CellResult) -> dict[str, Any]:
         found["requirements"] = [{"name": each.name, "line": each.line or None} for each in cell.requirements]
     if cell.state is State.BLOCKED:
         found |= {"runs": cell.runs, "events": [{"event": text, "runs": count} for text, count in cell.events]}
+    if cell.state is State.RARE:
+        known = cell.probability
+        found["params"] = {name: {"value": value, "unit": unit} for name, value, unit in cell.params}
+        found |= {"simulations": cell.sought, "probability": known and known[0], "interval": known and [*known[1:]]}
     if cell.state in (State.BLOCKED, State.UNTRIED, State.RARE):
         found |= {"draws": cell.draws, "probability_at_most": cell.bound}
     return found

@@ -190,3 +190,27 @@ def test_the_view_fits(width: int, planted: Callable[..., Path], cortexc: Run, m
         assert len(line.rstrip()) <= width or "cortexc" in line
     for word in ("covered", "excluded", "impossible", "blocked", "--joint"):
         assert word in found.out
+
+
+def test_planted_rare_cells(planted: Callable[..., Path], cortexc: Run, tmp_path: Path) -> None:
+    """Cells of probability 1e-4 that independent runs miss are reached by the search, with their probability."""
+    cells = ", ".join(f"({a} m/s, {a + 0.0007:.4f} m/s)" for a in (6, 7, 9, 11))
+    path = planted(f'domain "narrow" ego.speed in [{cells}]')
+    missed = cortexc("coverage", path, "--budget", 100, "--json").document
+    assert set(states(missed).values()) == {"untried"}
+    found = cortexc("coverage", path, "--budget", 100, "--rare", 1000, "--json").document
+    assert set(states(found).values()) == {"rare"}
+    for cell in found["cells"]:
+        low, high = (float(end) for end in cell["name"].removeprefix("narrow ").removesuffix(" m/s").split(" to "))
+        assert low - 1e-3 <= cell["params"]["SPEED"]["value"] <= high + 1e-3
+        assert (cell["probability"] is None) == ("no probability: " in cell["reason"])
+        if cell["probability"] is not None:
+            assert 1e-5 < cell["probability"] < 1e-3
+            assert cell["interval"][0] <= cell["probability"] <= cell["interval"][1]
+    assert found["share"] == 1.0
+    cases = tmp_path / "cases"
+    cortexc("coverage", path, "--budget", 100, "--rare", 1000, "--out", cases)
+    assert sorted(each.name for each in cases.glob("*.scn")) == [f"rare-{number}.scn" for number in range(1, 5)]
+    kept = cortexc("coverage", cases / "rare-2.scn", "--json").document
+    assert [cell["state"] for cell in kept["cells"]].index("covered") == 1
+    assert cortexc("coverage", path, "--rare", 3).code == Exit.USAGE
