@@ -1,6 +1,7 @@
 """What does `cortexc compare` find? `python -m benchmarks.compare [--only NAME] [--jobs N]`
 
-    mutants     30 library drivers, each beside a copy with one planted fault: found at 3,000 simulations?
+    mutants     30 library drivers, each beside a copy with one planted fault: found at 3,000 simulations? The list has
+                no fault that showed in none of 20,000 plain pairs
     identical   30 drivers beside themselves: how many are reported?
     regression  a planted failure of probability 1e-3 beside failures of 5 %: found with a tenth of the runs that an
                 unpaired test needs?
@@ -141,7 +142,7 @@ MUTANTS = (
     _looks("sign", "D", f"{NEAR} - self.speed / (50 m/s^2)", f"{NEAR} + self.speed / (50 m/s^2)"),
     _looks("sign", "walker_hesitates", f"{SOON} - self.speed / (50 m/s^2)", f"{SOON} + self.speed / (50 m/s^2)", LANE),
     Mutant("condition", "A", BRAKE, STRAIGHT),
-    Mutant("condition", "B", STRAIGHT, f"EmergencyBrakeBehavior({FOLLOW}, foresees=False, min_speed=25 km/h)"),
+    Mutant("condition", "B", BRAKE, f"EmergencyBrakeBehavior({FOLLOW}, min_speed=45 km/h)"),
     Mutant("condition", "C", BRAKE, f"EmergencyBrakeBehavior({FOLLOW}, max_speed=45 km/h)"),
     Mutant("condition", "D", BRAKE, f"EmergencyBrakeBehavior({FOLLOW}, field_of_view=60 deg)"),
     _looks("condition", "E", NEAR, f"{NEAR} and self.speed > 5 m/s"),
@@ -152,7 +153,7 @@ MUTANTS = (
     _wrapped("D", "RSSBehavior", "FuzzySafetyBehavior"),
     _wrapped("F", "CarefulDriverBehavior", "FuzzySafetyBehavior"),
     _wrapped("cut_in", "CarefulDriverBehavior", "FuzzySafetyBehavior"),
-    _without("oncoming", "crossing"),
+    _looks("missing actor", "walker_hesitates", SOON, "False", LANE),
     _without("oncoming", "walker"),
     _without("crossing", "walker"),
     _looks("missing actor", "two_walkers", SOON, "timeToCollision(self, near) < 2.5 s", LANE),

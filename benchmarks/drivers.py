@@ -32,7 +32,6 @@ import numpy as np
 
 import cortex_dsl as cx
 from engine.assessment import take
-from engine.avoidability import blame
 from engine.batch import simulate
 from engine.driving import blocks
 from engine.fairness import fair_starts
@@ -42,6 +41,7 @@ from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.streams import key_rows
 from engine.tables import Bools, Ints
+from engine.verdicts import blame
 from engine.vocabulary import Blame, EndReason, Fault, Method
 
 ROOT = Path(__file__).parents[1]

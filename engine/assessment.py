@@ -43,12 +43,15 @@ def concatenate(tables: Sequence[Table]) -> Table:
 class Rows(Generic[Table]):
     """The rows of blocks that arrive one after the other, in one table that has room for more.
 
-    A block is copied once or twice in all, and never lies beside a copy of all the others.
+    A row is copied a few times in all, and blocks never lie beside a copy of all others. `table`: rows that are there
+    already; in arrays with room behind them (`with_room`) they stay where they are.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, table: Table | None = None) -> None:
         self._arrays: list[NDArray[Any]] = []
-        self._like: Table | None = None
+        self._like = table
+        if table is not None:
+            _each_array(table, lambda array: self._arrays.append(_whole(array)))
 
     def put(self, block: Table, first: int) -> None:
         """Write the rows of a block from row `first` on; rows before it are not touched."""
@@ -58,7 +61,7 @@ class Rows(Generic[Table]):
         for number, array in enumerate(arrays):
             last = first + len(array)
             if last > len(self._arrays[number]):
-                self._arrays[number] = _with_room(self._arrays[number][:first], last + last // 2)
+                self._arrays[number] = with_room(self._arrays[number][:first], last + last // 2)
             self._arrays[number][first:last] = array
         self._like = block
 
@@ -76,11 +79,20 @@ def _each_array(table: Table, function: Callable[[Any], Any]) -> Table:
     )
 
 
-def _with_room(array: NDArray[Any], rows: int) -> NDArray[Any]:
+def with_room(array: NDArray[Any], rows: int) -> NDArray[Any]:
     """Return a copy with room for `rows` rows; memory that nothing is written to costs nothing."""
     larger = np.empty((rows, *array.shape[1:]), dtype=array.dtype)
     larger[: len(array)] = array
     return larger
+
+
+def _whole(array: NDArray[Any]) -> NDArray[Any]:
+    """Return the array whose first rows these are, as far as it differs from them in its length alone."""
+    whole = array.base
+    if not isinstance(whole, np.ndarray) or whole.ctypes.data != array.ctypes.data:
+        return array
+    alike = (whole.dtype, whole.strides, whole.shape[1:]) == (array.dtype, array.strides, array.shape[1:])
+    return whole if alike and len(whole) >= len(array) else array
 
 
 # -- flat columns ------------------------------------------------------------------------------------------------------

@@ -15,12 +15,12 @@ the ego had begun to, and never harder than 0.774 g, than the ego's own brakes, 
 not build up sooner than the ego's. Being struck from behind, or while standing where standing is permitted, is no
 failure (`engine.kernels.fault`): such a collision is counted separately.
 
-`avoidability` gives complete answers for a few cases, margins included, with tens of simulations each; `blame` decides
-for thousands of collisions whether the driver avoids them, with one simulation each.
+`avoidability` gives complete answers for a few cases, margins included, with tens of simulations each;
+`engine.verdicts` decides for thousands of collisions whether this driver and other reference drivers avoid them, with
+one simulation each.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -37,7 +37,6 @@ from engine.kernels.avoidance import (
     Checkpoints,
     DriveMemory,
     ReferenceDrive,
-    avoidability_rows,
     reference_rows,
 )
 from engine.kernels.bicycle import GRAVITY
@@ -46,8 +45,8 @@ from engine.kernels.rows import Window
 from engine.kernels.run_state import Run
 from engine.program import Program
 from engine.scenes import Scenes, weather_sight
-from engine.tables import Bools, Ints
-from engine.vocabulary import Blame, Fault, State
+from engine.tables import Bools
+from engine.vocabulary import Fault, State
 
 R157 = Driver(
     perception=0.4,
@@ -132,12 +131,8 @@ def avoidability(
     driver: Driver = R157,
     contact: ContactConfig = CONTACT,
     jobs: int = 1,
-    most_margin: float = math.inf,
 ) -> tuple[Avoidability | None, ...]:
-    """Return one answer per scene; None for a scene that is invalid or without a collision of the ego.
-
-    A margin of at least `most_margin` [s] may be reported as any other of at least that, which takes fewer drives.
-    """
+    """Return one answer per scene; None for a scene that is invalid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(program, scenes)
     reach, independent = weather_sight(program, scenes.variant, scenes.values), ignores_ego(program)
     found = np.full((len(scenes), len(ReferenceDrive._fields)), float(NEVER))
@@ -145,8 +140,7 @@ def avoidability(
     def drive(window: Window) -> None:
         samples = samples_of(config) + 1
         stored = 0 if independent else samples
-        patience = math.ceil(min(most_margin / config.time_step + 1.0, samples))
-        scratch = drive_memory(program, config, samples, independent=independent, stored=stored, patience=patience)
+        scratch = drive_memory(program, config, samples, independent=independent, stored=stored)
         reference_rows(shared, rows, reach, window, scratch, driver, found)
 
     in_parts(len(scenes), jobs, drive)
@@ -161,29 +155,6 @@ def _drive_of(row: list[float]) -> ReferenceDrive:
     return ReferenceDrive(*stops, as_hard, helpless, too_late)
 
 
-def blame(
-    program: Program,
-    scenes: Scenes,
-    config: SimulationConfig = DEFAULTS,
-    contact: ContactConfig = CONTACT,
-    jobs: int = 1,
-) -> Ints:
-    """Return (n,) `Blame` of each scene; `NONE` for a scene that is invalid or without a collision of the ego."""
-    shared, rows, reach = (
-        plan(program, config, contact),
-        requested(program, scenes),
-        weather_sight(program, scenes.variant, scenes.values),
-    )
-    said, independent = np.full(len(scenes), int(Blame.NONE), dtype=np.int32), ignores_ego(program)
-
-    def drive(window: Window) -> None:
-        scratch = drive_memory(program, config, samples_of(config) + 1, independent=independent)
-        avoidability_rows(shared, rows, reach, window, scratch, R157, said)
-
-    in_parts(len(scenes), jobs, drive)
-    return said
-
-
 def drive_memory(
     program: Program,
     config: SimulationConfig,
@@ -191,11 +162,12 @@ def drive_memory(
     *,
     independent: bool = False,
     stored: int = 0,
-    patience: int | None = None,
+    models: int = 0,
 ) -> DriveMemory:
-    """Return memory for runs of `samples` samples and `LONGEST` more, with `stored` checkpoints.
+    """Return memory for runs of `samples` samples and `LONGEST` more, with `stored` checkpoints, and for `models`
+    reference drivers.
 
-    `independent`: the others ignore the ego. `patience`: see `DriveMemory`; None: up to contact.
+    `independent`: the others ignore the ego.
     """
     run, touching = memory(program, samples + math.ceil(LONGEST / config.time_step)), others_touch(program)
     return DriveMemory(
@@ -205,7 +177,8 @@ def drive_memory(
         own=np.zeros((len(run.states), len(State))),
         independent=independent,
         touching=touching,
-        patience=samples if patience is None else patience,
+        onsets=np.zeros((models, 2), dtype=np.int64),
+        conflicts=np.zeros(samples),
         checkpoints=checkpoints(run, stored, touching=touching),
     )
 
@@ -229,10 +202,10 @@ def checkpoints(run: Run, samples: int, *, touching: bool) -> Checkpoints:
     )
 
 
-def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:
+def refuse_missing(collided: Bools, answered: Bools) -> None:
     """Raise ArgumentError if a scene with a collision has no answer: scenes or settings differ from the run's."""
-    missing = [row for row, (there, answer) in enumerate(zip(collided, answers, strict=True)) if there and not answer]
-    if missing:
+    missing = np.flatnonzero(collided & ~answered)
+    if len(missing):
         raise ArgumentError(
             f"scene {missing[0]} collided, and run again it does not",
             "take the program and the settings with which it collided",

@@ -140,17 +140,22 @@ def _simulate(demand: KernelDemand) -> None:
 
 
 def _blaming_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
-    from engine.kernels.avoidance import avoidability_rows, reference_rows
+    from engine.kernels.adapted import counterfactual_rows
+    from engine.kernels.avoidance import reference_rows
+    from engine.kernels.references import verdict_rows
 
-    yield from (avoidability_rows, reference_rows)
+    yield from (verdict_rows, reference_rows, counterfactual_rows)
 
 
 def _blame(demand: KernelDemand) -> None:
-    from engine.avoidability import avoidability, blame
+    from engine.avoidability import avoidability
+    from engine.counterfactuals import counterfactuals
+    from engine.verdicts import blame
 
     program, config = cast("Program", demand.program), demand.config
     blame(program, undrawn(program), config.simulation, config.contact)
     avoidability(program, undrawn(program), config.simulation, contact=config.contact)
+    counterfactuals(program, undrawn(program), config.simulation, config.contact)
 
 
 def _metric_kernels(_demand: KernelDemand) -> Iterator[Kernel]:

@@ -5,6 +5,9 @@ from typing import Any, Protocol
 
 from engine.frozen import frozen
 
+DEFAULT_REFERENCES = ("careful", "reg157", "rss", "fsm", "cc")
+"""Names of the reference drivers that judge a collision unless others are named (`engine.references`)."""
+
 
 @frozen
 class SimulationConfig:
@@ -67,6 +70,8 @@ class SearchConfig:
     """Number of this run in a study; part of the stream key."""
     probes: int = 32
     """Number of cases in which each gene is moved alone at the end of a campaign, outside the budget; 0 = none."""
+    references: tuple[str, ...] = DEFAULT_REFERENCES
+    """Names of the reference drivers that judge each collision."""
 
     @property
     def simulations(self) -> int:

@@ -34,7 +34,7 @@ from engine.kernels.rows import Requested, Results, Window
 from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
 from engine.kernels.senses import DEFERRED
 from engine.kernels.slots import continue_run, leave_run, note_commands
-from engine.opcodes import Op
+from engine.opcodes import FUSIONS, Op
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
@@ -67,7 +67,7 @@ def plan(
     code = program.code
     need(*deferred_kernels(program, slides, pause))
     return Plan(
-        code=_integers(code.step_code),
+        code=_integers(fuse(code.step_code)).ravel(),
         pool=_numbers(code.pool),
         variant_values=_numbers(code.variant_values),
         variant_template=_integers(code.variant_template),
@@ -108,6 +108,21 @@ def plan(
             pause=pause,
         ),
     )
+
+
+def fuse(code: Ints) -> Ints:
+    """Return step code (rows, ROW_WIDTH) in which the first row of each sequence of `FUSIONS` stands for all of it.
+
+    The rows keep their places and their operands, so that jumps may lead into a sequence. Programs, and all that reads
+    their code, keep the single instructions.
+    """
+    fused, rows = code.copy(), len(code)
+    for number, sequence in FUSIONS.items():
+        starts = np.ones(max(0, rows - len(sequence) + 1), dtype=bool)
+        for place, op in enumerate(sequence):
+            starts &= code[place : place + len(starts), 0] == op
+        fused[: len(starts)][starts, 0] = number
+    return fused
 
 
 def deferred_kernels(program: Program, slides: Sequence[int] = (), pause: int = 0) -> Iterator[Callable[..., Any]]:
@@ -195,6 +210,8 @@ def memory(program: Program, samples: int) -> Run:
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         areas=np.full((actors * actors, KEPT), np.nan),
+        sweep_order=np.arange(actors, dtype=np.int32),
+        sweep_spans=np.zeros((actors, 2)),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
         command_columns=np.zeros(actors, dtype=np.int32),
         slot_registers=np.zeros((0, 0)),

@@ -180,6 +180,36 @@ class Op(IntEnum):
     """Go to row b if register a is false; go on if it is true or undefined."""
 
 
+ROW_WIDTH = 6
+"""Numbers in a row of code: op, dst, a, b, c, d."""
+
+
+class Fused(IntEnum):
+    """Instructions that the interpreter of step code executes at once; no program contains them (`engine.host.fuse`).
+
+    A row of code with such a number stands for its own instruction and those of the rows after it, which keep their
+    places: their operands are read from there, and jumps may lead to them.
+    """
+
+    IS_FAR = 100
+    """The distance of an actor from a place, compared with a number: rows of `FUSIONS`."""
+    ARE_FAR = 101
+    """The distance of two actors, compared with a number."""
+    HANDLE = 102
+    """The test of a handler of `try` that asks for actors within a distance."""
+    FOLLOW_ON = 103
+    """A step of path following that ends the turn."""
+
+
+FUSIONS: Mapping[Fused, tuple[Op, ...]] = {
+    Fused.IS_FAR: (Op.STATE, Op.SUB, Op.STATE, Op.SUB, Op.HYPOT, Op.LT),
+    Fused.ARE_FAR: (Op.STATE, Op.STATE, Op.SUB, Op.STATE, Op.STATE, Op.SUB, Op.HYPOT, Op.LT),
+    Fused.HANDLE: (Op.JUMP_IF_RUNNING, Op.WITHIN, Op.JUMP_UNLESS),
+    Fused.FOLLOW_ON: (Op.FOLLOW, Op.YIELD),
+}
+"""Sequences of instructions that are executed as one."""
+
+
 class Instruction(NamedTuple):
     """Operands and results of an instruction."""
 

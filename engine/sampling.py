@@ -33,9 +33,9 @@ from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, 
 from engine.opcodes import Op
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes, groups_of
-from engine.streams import check_keys
+from engine.streams import check_keys, key_rows
 from engine.tables import PLAIN, CodeTables, Floats, Ints, RoadTables, Size
-from engine.vocabulary import Distribution, GeneKind, Purpose
+from engine.vocabulary import Distribution, GeneKind, Method, Purpose
 
 if TYPE_CHECKING:
     from engine.feasibility.pruning import Pruner
@@ -117,6 +117,14 @@ NUMBERS = 25_000_000
 """Maximum number of scene values in memory, 200 MB; ten thousand scenes of a hundred actors have as many."""
 PRUNED_ROWS = 2048
 """Scenes whose bounds are computed together under `prune`."""
+MANY_ATTEMPTS = 300
+"""Attempts for a scene from which on bounds pay: those of a genome cost as much as 140 attempts where 2,000 genomes are
+bounded together, and as 660 where 100 are (`left_turn`, see `benchmarks.prune`).
+"""
+MEASURED = 64
+"""Scenes whose attempts are counted."""
+MEASURING_RUN = 0xFFFD
+"""Number of the run in the stream keys of these scenes: no search, estimate or design has it."""
 
 ANYWHERE = Confinement(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0)), np.zeros(0, np.int32))
 """No pruning."""
@@ -144,8 +152,6 @@ def sample(
     request = request_of(program, genomes, keys, config.max_attempts)
     ledger = _empty_ledger(program, recipe.layout, len(keys))
     if config.prune and prune is None:
-        from engine.feasibility.pruning import pruner_that_pays
-
         prune = pruner_that_pays(program)
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
     confiner = _Confiner(prune, genomes) if config.prune and prune and prune.pays else None
@@ -156,6 +162,26 @@ def sample(
         draw_on = partial(_draw_on, recipe, request, ledger, jobs, confiner)
         draw_until_fair(program, config, request.keys, ledger, draw_on, jobs)
     return Scenes(genomes=genomes, keys=request.keys, actions=np.zeros((len(keys), 0, 0)), **ledger._asdict())
+
+
+def pruner_that_pays(program: Program) -> "Pruner":
+    """Return a pruner that prunes if scenes of the program need many attempts.
+
+    The choice is a function of the program alone: the same one is made for each genome, number of threads and machine.
+    """
+    from engine.feasibility.pruning import Pruner, pruner
+
+    return pruner(program) if attempts_for_a_scene(program) >= MANY_ATTEMPTS else Pruner(program, (), pays=False)
+
+
+def attempts_for_a_scene(program: Program) -> float:
+    """Return the mean number of attempts at a scene without pruning, failed scenes included, of `MEASURED` genomes that
+    are drawn from the file's distributions.
+    """
+    keys = key_rows(0, Method.SAMPLE, MEASURING_RUN, 0, range(MEASURED))
+    limit = min(DEFAULTS.max_attempts, attempt_limit(program))
+    scenes = sample(program, draw_genomes(program.space, keys), keys, SimulationConfig(max_attempts=limit))
+    return float(scenes.attempts.mean())
 
 
 def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int) -> Request:
@@ -231,8 +257,9 @@ def recipe_of(program: Program) -> Recipe:
         requirements=code.requirement_segment.shape[1],
         reasons=program.first_built_in,
     )
+    flat = code._replace(scene_code=code.scene_code.ravel())
     return Recipe(
-        _plain(code), _plain(program.road), _draws_needed(code, layout), decided_by_genes(code, layout), layout
+        _plain(flat), _plain(program.road), _draws_needed(code, layout), decided_by_genes(code, layout), layout
     )
 
 

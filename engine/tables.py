@@ -231,3 +231,38 @@ class ObjectiveTables(NamedTuple):
     """(templates, objectives, len(Segment)) in step_code, which computes that number: its first locals are the readings
     of the run (`Program.readings`).
     """
+
+
+class ReferenceModel(NamedTuple):
+    """Parameters of a reference driver; 0 where a kind of driver has no such parameter."""
+
+    kind: int
+    """`ReferenceKind`"""
+    reaction: float
+    """Time of unsafe samples before braking [s]."""
+    braking: float
+    """Full braking [m/s^2]."""
+    jerk: float
+    """Rate at which braking builds up [m/s^3]; infinite: at once."""
+    release: float
+    """Deceleration during the reaction [m/s^2]."""
+    margin: float
+    """Lateral distance that counts as none [m]."""
+    own: float
+    """Braking of the ego in the condition of safety [m/s^2]."""
+    theirs: float
+    """Braking of the other in that condition [m/s^2]."""
+    speeding_up: float
+    """Acceleration of the ego during the reaction, in that condition [m/s^2]."""
+    lateral: float
+    """Lateral acceleration of the other, in that condition [m/s^2]."""
+    comfortable: float
+    """Comfortable braking [m/s^2]."""
+    room: float
+    """Gap at rest [m]."""
+    spare: float
+    """Further gap below which the other is no longer surely safe [m], or time added to the reaction [s]."""
+    critical: float
+    """TTC and headway of a risk [s]."""
+    alarming: float
+    """Braking of a leader that is a risk [m/s^2]."""

@@ -94,16 +94,58 @@ class Fault(IntEnum):
 
 
 class Blame(IntEnum):
-    """Verdict of one simulation with the reference driver (`engine.avoidability.blame`)."""
+    """Verdict on one simulation by a set of reference drivers (`engine.avoidability.blame`)."""
 
     NONE = -1
     """The ego did not collide."""
     AVOIDABLE = 0
-    """A collision that the reference driver avoids."""
+    """A collision that every driver of the set avoids, among those whose range covers it."""
     UNAVOIDABLE = 1
-    """A collision that the reference driver does not avoid."""
+    """A collision that none of these drivers avoids."""
     STRUCK = 2
     """No failure of the ego: it was struck from behind, or while it stood where standing is permitted."""
+    DISPUTED = 3
+    """A collision that some of these drivers avoid."""
+    NO_MODEL = 4
+    """A collision that the range of no driver of the set covers."""
+
+
+BLAMEWORTHY = (Blame.AVOIDABLE, Blame.DISPUTED)
+"""Verdicts that come first in an order of failures; all others follow as equals."""
+
+
+class Answer(IntEnum):
+    """Result of one reference driver in one simulation (`engine.kernels.references`)."""
+
+    NONE = -1
+    """The ego did not collide."""
+    AVOIDS = 0
+    COLLIDES = 1
+    STRUCK = 2
+    """No failure of the ego, as in `Blame`: no driver is asked."""
+    NO_VEHICLE = 3
+    """Out of range: the ego or the other is a pedestrian or a bicycle."""
+    CROSSING = 4
+    """Out of range: the other crossed the ego's direction, or came towards it, within the last seconds."""
+    GRIP = 5
+    """Out of range: the ego's brakes or the road give less than the driver's full braking."""
+    REVERSING = 6
+    """Out of range: the ego reversed."""
+
+
+class ReferenceKind(IntEnum):
+    """Kind of a reference driver: how it judges a situation (`engine.kernels.references`)."""
+
+    CAREFUL = 0
+    """Careful driver of UN R157, Annex 4, Appendix 3, for situations of any kind (`engine.avoidability`)."""
+    REGULATION = 1
+    """UN R157, 5.2.5.2."""
+    RESPONSIBILITY = 2
+    """Responsibility-sensitive safety."""
+    FUZZY = 3
+    """Fuzzy safety model."""
+    SKILLED = 4
+    """Careful driver of UN R157 as the Joint Research Centre wrote it, for cut-ins and leaders."""
 
 
 class RuleKind(IntEnum):

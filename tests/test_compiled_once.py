@@ -9,12 +9,13 @@ SCRIPT = """
 import sys
 from cortex_dsl import load
 from engine import batch
-from engine.avoidability import avoidability, blame
+from engine.avoidability import avoidability
 from engine.driving.blocks import Driver
 from engine.fairness import fair_starts
 from engine.host import requested
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import measure_run
+from engine.verdicts import blame
 
 scenario = load(sys.argv[1])
 scenes = scenario.sample(20, seed=1)

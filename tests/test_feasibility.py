@@ -11,15 +11,17 @@ from hypothesis import strategies as st
 from cortex_dsl import compile_text, load
 from engine.config import SimulationConfig
 from engine.feasibility import Feasibility, explain
-from engine.feasibility.pruning import (
+from engine.feasibility.pruning import infeasible, pruner
+from engine.program import Program
+from engine.sampling import (
     MANY_ATTEMPTS,
     attempts_for_a_scene,
-    infeasible,
-    pruner,
+    draw_genomes,
+    groups_of,
     pruner_that_pays,
+    sample,
+    uniform_genomes,
 )
-from engine.program import Program
-from engine.sampling import draw_genomes, groups_of, sample, uniform_genomes
 from engine.scenes import Scenes
 from engine.streams import key_rows
 from engine.vocabulary import Column, Method, Verdict

@@ -230,7 +230,7 @@ def test_geometry_of_a_place_that_does_not_exist_is_nan() -> None:
             registers = np.zeros(24)
             registers[: len(values)] = values
             registers[place] = math.nan
-            run_segment(code, 0, 2, registers, np.zeros(1), road)
+            run_segment(code.ravel(), 0, 2, registers, np.zeros(1), road)
             assert np.isnan(registers[20 : 20 + results]).all(), (op.name, place)
 
 

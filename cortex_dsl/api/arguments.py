@@ -19,6 +19,7 @@ from engine.errors import LEFT_OUT, ArgumentError, ArgumentKindError, kind, whol
 from engine.errors import path_of as path_of
 from engine.errors import row_of as row_of
 from engine.program import Program
+from engine.references import references
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -105,6 +106,9 @@ def config_of(config: object) -> Config:
                 kind(name, value, type(usual), LEFT_OUT)
             elif isinstance(usual, int):
                 whole(name, value, 0)
+            elif setting.name == "references":
+                kind(name, value, tuple, LEFT_OUT)
+                references(value)
             else:
                 _number(name, value)
     return config
@@ -135,6 +139,7 @@ class BudgetSettings(TypedDict, total=False):
     engine: str
     run: int
     probes: int
+    references: tuple[str, ...]
 
 
 class SearchSettings(BudgetSettings, total=False):
@@ -205,6 +210,9 @@ def check_keywords(of: str, settings: type, given: Mapping[str, object]) -> None
             whole(name, value, 0 if name in ("seed", "run", "probes") else 1)
         elif name in WORDS:
             kind(name, value, str, LEFT_OUT)
+        elif name == "references":
+            kind(name, value, tuple, LEFT_OUT)
+            references(cast("tuple[str, ...]", value))
         elif name.startswith("on_"):
             callback(name, value)
 

@@ -22,7 +22,6 @@ from cortex_dsl.report.findings.comparison_report import (
 from cortex_dsl.report.findings.failures import BLAMES, kind_text
 from cortex_dsl.report.findings.gate_report import Measured
 from engine.assessment import take
-from engine.avoidability import blame
 from engine.dependence import leaves_nothing_to_chance
 from engine.driving.blocks import Driven
 from engine.gates.paired import PairTable, pair_table
@@ -35,6 +34,7 @@ from engine.search.evaluator import assessment
 from engine.search.insight.kinds import codes, kind_of
 from engine.streams import format_key, format_keys
 from engine.tables import Bools, Floats, Ints
+from engine.verdicts import blame
 from engine.vocabulary import Blame, Column, Sense, Verdict
 
 CONTACT, AVOIDABLE = "contact of the ego", "avoidable contact"
@@ -147,7 +147,8 @@ class Pairing:
         said = np.full(len(outcomes), int(Blame.NONE), dtype=np.int32)
         hit = np.flatnonzero(outcomes.collided & (outcomes.verdict == Verdict.VALID))
         if len(hit):
-            said[hit] = blame(program, take(done.scenes, hit), config.simulation, config.contact, self.jobs)
+            struck, references = take(done.scenes, hit), config.search.references
+            said[hit] = blame(program, struck, config.simulation, config.contact, self.jobs, references)
         columns = [each[number] for each in self._columns]
         contact = touched(outcomes)[:, np.newaxis]
         broken = np.concatenate(

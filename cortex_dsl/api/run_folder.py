@@ -271,12 +271,18 @@ def campaign_of(work: SearchJob, record: Record | None) -> Campaign:
             config,
             manifest.profile,
             work.on_generation,
-            past=Past(record.past() if record else (), record.spent if record else 0.0, manifest.method_number),
+            past=_past(record, manifest),
             workers=work.workers,
             objective=work.objective or manifest.objective,
         )
     except ForeignPastError as error:
         raise _foreign(work, error) from error
+
+
+def _past(record: Record | None, manifest: Manifest) -> Past:
+    if record is None or not len(record.evaluations):
+        return Past(number=manifest.method_number)
+    return Past(record.past(), record.spent, manifest.method_number, record.evaluations)
 
 
 def _foreign(work: SearchJob, error: ForeignPastError) -> StoreError:

@@ -14,6 +14,7 @@ from cortex_dsl.console.command import (
     EGO,
     JOBS,
     PARAM,
+    REFERENCES,
     SCENARIO,
     SEED,
     Command,
@@ -180,7 +181,9 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, terminal: Terminal) -> int:
     if options.json:
-        terminal.document("probability", {"file": options.file, **content(found)})
+        terminal.document(
+            "probability", {"file": options.file, "references": scenario.config.search.references, **content(found)}
+        )
     else:
         terminal.out.print(rendered(probability_view(scenario.program, found), terminal.out.width))
     return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid + found.lost else Exit.FINE
@@ -212,7 +215,7 @@ PROBABILITY = Command(
         SEED,
         JOBS,
         EGO,
-        *excluded_by(OF_RUN, *DRIVER[1:]),
+        *excluded_by(OF_RUN, REFERENCES, *DRIVER[1:]),
     ),
     function=_probability,
     epilog=PROBABILITY_EPILOG,

@@ -159,7 +159,7 @@ def _sampled(scenario: Scenario, run: RunRequest, samples: int, terminal: Termin
 
 def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> None:
     """Drive scenes, and count how their runs ended."""
-    from engine.avoidability import blame
+    from engine.verdicts import blame
 
     program, config = scenario.program, scenario.config
     assert config.driver is not None
@@ -170,7 +170,8 @@ def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> 
             scenario.compiled, scenario.config.simulation, done.scenes, done.outcomes, int(errors[0])
         )
         return
-    said = blame(program, done.tell(sampled.reported).scenes, config.simulation, config.contact, jobs)
+    driven = done.tell(sampled.reported).scenes
+    said = blame(program, driven, config.simulation, config.contact, jobs, config.search.references)
     sampled.runs = sampled.runs.plus(done.outcomes, said)
 
 
@@ -220,8 +221,7 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
 
 def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scenes]:
     """All scenes, some at a time; of those that are driven, whole blocks."""
-    from engine.feasibility.pruning import pruner_that_pays
-    from engine.sampling import draw_genomes, rows_at_once, sample
+    from engine.sampling import draw_genomes, pruner_that_pays, rows_at_once, sample
     from engine.streams import key_rows
 
     program, config, driver = scenario.program, scenario.config.simulation, scenario.config.driver

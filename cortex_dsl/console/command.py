@@ -21,6 +21,7 @@ from cortex_dsl.console.request import (
     SearchRequest,
     aggregate,
     assignment,
+    reference_names,
     whole_number,
 )
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -460,6 +461,14 @@ OBJECTIVE = Option(
     "NAME",
     default=SearchRequest.objective,
     collect=lambda earlier, name: (*(earlier or ()), name),
+)
+REFERENCES = Option(
+    "--reference",
+    "reference drivers that judge collisions, separated by commas: careful, reg157, rss, fsm, cc",
+    "NAMES",
+    reference_names,
+    name="references",
+    default=RunRequest.references,
 )
 ROLLOUTS = Option(
     "--rollouts", "scenes for each individual", "K", whole_number(1, 10_000), default=SearchRequest.rollouts

@@ -9,6 +9,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TypeVar
 
+from engine.config import DEFAULT_REFERENCES
 from engine.driving.names import Egos
 from engine.frozen import frozen
 from engine.vocabulary import RECORDS
@@ -69,6 +70,8 @@ class RunRequest:
     """Observation of the driver (`engine.vocabulary.OBSERVABLE`)."""
     target: float | None = None
     """Acceptance that `--sample` shall reach by relaxing a requirement."""
+    references: tuple[str, ...] = DEFAULT_REFERENCES
+    """Names of the reference drivers that judge each collision."""
 
 
 @frozen
@@ -173,6 +176,17 @@ def aggregate(text: str) -> str:
     if text in ("mean", "max") or re.fullmatch(r"q(0[1-9]|[1-9][0-9]?)", text):
         return text
     raise ArgumentTypeError(f"must be `mean`, `max` or a quantile such as `q90`, not `{text}`")
+
+
+def reference_names(text: str) -> tuple[str, ...]:
+    """`NAME,NAME`: names of reference drivers, in the order of their table."""
+    from engine.errors import ArgumentError
+    from engine.references import references
+
+    try:
+        return tuple(each.name for each in references([word.strip() for word in text.split(",") if word.strip()]))
+    except ArgumentError as error:
+        raise ArgumentTypeError(f"{error.message}; {error.cure}") from error
 
 
 def assignment(text: str) -> tuple[str, str]:

@@ -52,6 +52,7 @@ def open_scenario(
         aggregate=search.aggregate,
         jobs=run.jobs,
         engine=run.engine or "batch",
+        references=run.references,
     )
     ga = replace(GAConfig(), preset=search.preset)
     config = Config(simulation=simulation, search=searching, ga=ga, driver=_driver(run))

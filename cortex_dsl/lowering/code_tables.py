@@ -11,7 +11,6 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.lowering.templates import (
-    ROW_WIDTH,
     Merged,
     RegisterFile,
     Segment,
@@ -21,6 +20,7 @@ from cortex_dsl.lowering.templates import (
     merge,
 )
 from engine.frozen import frozen
+from engine.opcodes import ROW_WIDTH
 from engine.tables import CodeTables, Floats, Ints, ObjectiveTables, Size
 from engine.vocabulary import GeneKind
 

@@ -27,7 +27,7 @@ from cortex_dsl.lowering.instructions import (
 )
 from cortex_dsl.semantics.quantities.bounds import operands
 from engine.frozen import frozen
-from engine.opcodes import Op
+from engine.opcodes import ROW_WIDTH, Op
 from engine.vocabulary import Column
 
 
@@ -307,10 +307,6 @@ class RegisterFile:
                 return self.locals + index
             case Temporary(index):
                 return self.temporaries + index
-
-
-ROW_WIDTH = 6
-"""Columns of a row of code: op, destination, a, b, c, d."""
 
 
 def encode(rows: Sequence[Row], template: Template, registers: RegisterFile, base: int) -> list[list[int]]:

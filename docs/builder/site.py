@@ -95,7 +95,11 @@ def navigation() -> list[dict[str, Any]]:
                 {"Diagnostics": ["reference/diagnostics/index.md", *codes]},
             ]
         },
-        {"Explanation": _section("explanation", "explanation/risk.md", "explanation/search-against-chance.md")},
+        {
+            "Explanation": _section(
+                "explanation", *(f"explanation/{page}.md" for page in ("risk", "avoidability", "search-against-chance"))
+            )
+        },
     ]
 
 

@@ -9,24 +9,21 @@ makes the attempt inside. Verdict, variant and draws of each genome have the sam
 any limit on attempts. Only a genome with m = 0 changes its verdict, from exhausted to infeasible. Genes are never
 changed.
 
-Where scenes need few attempts, all this costs more than it saves: such a program is not pruned (`pruner_that_pays`).
+Where scenes need few attempts, all this costs more than it saves: such a program is not pruned
+(`engine.sampling.pruner_that_pays`).
 """
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from engine.config import SimulationConfig
 from engine.feasibility.contraction import ALIVE
 from engine.feasibility.explanation import slices_of
 from engine.feasibility.slices import Sliced, narrow
 from engine.frozen import frozen
 from engine.program import Program
-from engine.sampling import attempt_limit, draw_genomes, sample
 from engine.scenes import groups_of
-from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints, Size
-from engine.vocabulary import Method
 
 WORK_LIMIT = 100_000_000
 """Values that slicing a program may compute before many scenes are sampled: seconds."""
@@ -34,14 +31,6 @@ SLICES = 128
 """Number of slices. More slices discard fewer boxes but take longer: half a slice is lost at either end of a window."""
 BLOCK = 1 << 12
 """Boxes that are narrowed together."""
-MANY_ATTEMPTS = 300
-"""Attempts for a scene from which on bounds pay: those of a genome cost as much as 140 attempts where 2,000 genomes are
-bounded together, and as 660 where 100 are (`left_turn`, see `benchmarks.prune`).
-"""
-MEASURED = 64
-"""Scenes whose attempts are counted."""
-MEASURING_RUN = 0xFFFD
-"""Number of the run in the stream keys of these scenes: no search, estimate or design has it."""
 MANY = 32
 """Number of genomes of one variant from which on they are narrowed separately."""
 
@@ -81,24 +70,6 @@ class Pruner:
 def pruner(program: Program) -> Pruner:
     """Slice a program once for all its genomes."""
     return Pruner(program, slices_of(program, WORK_LIMIT, SLICES) or ())
-
-
-def pruner_that_pays(program: Program) -> Pruner:
-    """Return a pruner that prunes if scenes of the program need many attempts.
-
-    The choice is a function of the program alone: the same one is made for each genome, number of threads and machine.
-    """
-    return pruner(program) if attempts_for_a_scene(program) >= MANY_ATTEMPTS else Pruner(program, (), pays=False)
-
-
-def attempts_for_a_scene(program: Program) -> float:
-    """Return the mean number of attempts at a scene without pruning, failed scenes included, of `MEASURED` genomes that
-    are drawn from the file's distributions.
-    """
-    keys = key_rows(0, Method.SAMPLE, MEASURING_RUN, 0, range(MEASURED))
-    limit = min(SimulationConfig().max_attempts, attempt_limit(program))
-    scenes = sample(program, draw_genomes(program.space, keys), keys, SimulationConfig(max_attempts=limit))
-    return float(scenes.attempts.mean())
 
 
 def infeasible(program: Program, genomes: Floats) -> tuple[np.ndarray, Ints]:

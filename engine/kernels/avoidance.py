@@ -10,8 +10,8 @@ Where nothing that the others do depends on the ego, they move alike in every dr
 something does, the state of the run is stored at each sample of the case, and each drive continues from there.
 
 Earlier braking is not always better, since an ego braking later may pass before the other: all moments are tried.
-`avoidability_rows` omits these trials: a single drive answers yes or no, for thousands of collisions in the time of a
-few runs each.
+`engine.kernels.references` omits these trials: a single drive answers yes or no, for thousands of collisions in the
+time of a few runs each.
 
 An ego in reverse is followed along the same path, by its absolute speed. `engine.kernels.perception` defines when the
 conflict is perceived.
@@ -21,7 +21,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.approach import first_contact
-from engine.kernels.fault import EGO, STANDING, fault_of
+from engine.kernels.fault import STANDING, fault_of
 from engine.kernels.geometry import Box, outline_at
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import measure_pair
@@ -51,9 +51,8 @@ from engine.kernels.run_state import (
     vehicle_of,
 )
 from engine.tables import Floats, Ints
-from engine.vocabulary import ActorKind, Blame, Column, EndReason, State, Verdict
+from engine.vocabulary import ActorKind, Column, EndReason, State, Verdict
 
-NONE, AVOIDABLE, UNAVOIDABLE, STRUCK = map(int, Blame)
 COASTING = 0.5
 """Deceleration above which an actor uses its brakes [m/s^2]; a choice of cortexc."""
 AFTERWARDS = 6.0
@@ -110,8 +109,10 @@ class DriveMemory(NamedTuple):
     """True if nothing that the others do depends on the ego."""
     touching: bool
     """True if the others may touch each other or a building."""
-    patience: int
-    """Number of samples by which a start of braking that avoids contact is put off at most."""
+    onsets: Ints
+    """(models, 2) First act of each model (`engine.kernels.references`)."""
+    conflicts: Floats
+    """(n,) Distances of a conflict (`engine.kernels.adapted`)."""
     checkpoints: Checkpoints
 
 
@@ -131,9 +132,8 @@ class ReferenceDrive(NamedTuple):
     avoided: bool
     """True if the ego then touches nobody."""
     latest: int
-    """If avoided, the last sample up to which the driver may wait, every sample in between also avoiding contact, at
-    most `DriveMemory.patience` after `braking`; if not, the last sample before `braking` that would avoid it, else the
-    first after it; `NEVER` if there is none.
+    """If avoided, the last sample up to which the driver may wait, every sample in between also avoiding contact; if
+    not, the last sample before `braking` that would avoid it, else the first after it; `NEVER` if there is none.
     """
     as_hard: bool
     """True if the ego itself braked at least as hard: the reference driver stays no farther behind."""
@@ -180,31 +180,31 @@ class Braked(NamedTuple):
 def resimulate_with_reference(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> ReferenceDrive:
     """Drive a case as it was, find when its conflict is perceived, and drive it again with the reference driver."""
     run, outlines, path = memory.run, memory.outlines, memory.path
-    if not _collides_with_checkpoints(plan, run, memory, case):
+    if not collides(plan, run, memory, case):
         return ReferenceDrive(NEVER, math.nan, NEVER, NEVER, NEVER, False, NEVER, False, False, False)
     note_outlines(plan, run, outlines)
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
     time, time_step = run.end[0], plan.layout.time_step
-    fault = _fault(plan, run, outlines)
+    fault = found_fault(plan, run, outlines)
     driver = in_its_car(plan, run, driver)
-    until = _carry_on(plan, run, memory, driver)
+    until = carry_on(plan, run, memory, driver)
     path = path[: until + 1]
     perceived = perceive(plan, run, contact, other, outlines, path, driver)
     starts_in_it = is_in_sight(plan, run, 0, other, outlines, path, driver)
     driving = abs(run.states[0, 0, State.SPEED]) > STANDING
     if memory.independent and memory.touching:
-        _record_others(plan, run, memory, case, contact, until)
+        record_others(plan, run, memory, case, contact, until)
     again = Replayed(case, contact, until, outlines, path, memory.own, memory.independent, memory.checkpoints)
     braking = contact if perceived == NEVER else perceived + first_sample(driver.reaction, time_step)
     begun = min(braking, contact)
-    drive = _drive(plan, run, again, begun, driver)
+    drive = brake_from(plan, run, again, begun, driver)
     as_hard = drive.touched and braking < contact - 1 and path[drive.at, WAY] <= drive.way + 1e-6
     as_hard = as_hard and _brakes_before(path, drive.at)
-    latest = _latest(plan, run, again, begun, not drive.touched, driver, memory.patience)
+    latest = _latest(plan, run, again, begun, not drive.touched, driver)
     helpless, too_late = False, False
     if latest == NEVER:
         start = min(begun, 0)  # no literal zero: numba would compile `advance` once more, for nearly a minute
-        at_once = _drive(plan, run, again, start, _brakes_like(driver, driver.deceleration, 0.0))
+        at_once = brake_from(plan, run, again, start, brakes_like(driver, driver.deceleration, 0.0))
         helpless = at_once.touched
         too_late = helpless and driving and (starts_in_it or at_once.speed > STANDING)
     if perceived == NEVER:
@@ -223,63 +223,21 @@ def reference_rows(
     for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
-            again = resimulate_with_reference(plan, memory, case, _sees(driver, min(driver.reach, reach[row])))
+            again = resimulate_with_reference(plan, memory, case, limited_to(driver, min(driver.reach, reach[row])))
             out[row, 0], out[row, 1], out[row, 2] = again.contact, again.time, again.fault
             out[row, 3], out[row, 4], out[row, 5] = again.perceived, again.braking, again.avoided
             out[row, 6], out[row, 7], out[row, 8] = again.latest, again.as_hard, again.helpless
             out[row, 9] = again.too_late
 
 
-@kernel
-def avoidability_rows(
-    plan: Plan, scenes: Requested, reach: Floats, window: Window, memory: DriveMemory, driver: Driver, out: Ints
-) -> None:
-    """Write the `Blame` of each valid scene of a window; `reach` (n,): sight of each ego [m]."""
-    for row in range(window.first, window.last):
-        if scenes.verdict[row] == Verdict.VALID:
-            case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
-            out[row] = _blame(plan, memory, case, _sees(driver, min(driver.reach, reach[row])))
-
-
-@kernel
-def _blame(plan: Plan, memory: DriveMemory, case: Case, driver: Driver) -> int:
-    """Return the `Blame` of a case, as `resimulate_with_reference` would find it."""
-    run, outlines, path = memory.run, memory.outlines, memory.path
-    if not _collides(plan, run, case):
-        return NONE
-    note_outlines(plan, run, outlines)
-    if _fault(plan, run, outlines) != EGO:
-        return STRUCK
-    contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
-    reaction = first_sample(driver.reaction, plan.layout.time_step)
-    # A conflict perceived later is braked for at contact or after it.
-    latest = contact - reaction
-    if latest <= first_sample(driver.perception, plan.layout.time_step):
-        return UNAVOIDABLE
-    driver = in_its_car(plan, run, driver)
-    until = _carry_on(plan, run, memory, driver)
-    recorded = memory.independent and not memory.touching  # else a single drive costs as much as to record the others
-    again = Replayed(case, contact, until, outlines, path[: until + 1], memory.own, recorded, memory.checkpoints)
-    perceived = perceive(plan, run, latest, other, outlines, again.path, driver)
-    if perceived == NEVER or _drive(plan, run, again, perceived + reaction, driver).touched:
-        return UNAVOIDABLE
-    return AVOIDABLE
-
-
 @inlined
-def _collides(plan: Plan, run: Run, case: Case) -> bool:
-    """Run a case as recorded up to the end of the scored run; return True if the ego collides."""
-    begin(plan, run, case.variant, case.values, case.key, case.actions)
-    scored = run.status[Status.END] == RUNNING  # not the literal True: numba would compile `advance` again
-    advance(plan, run, plan.layout.last_sample + 1, scored)
-    return run.status[Status.END] == EndReason.COLLISION
+def collides(plan: Plan, run: Run, memory: DriveMemory, case: Case) -> bool:
+    """Run a case as recorded up to the end of the scored run; return True if the ego collides.
 
-
-@inlined
-def _collides_with_checkpoints(plan: Plan, run: Run, memory: DriveMemory, case: Case) -> bool:
-    """Run a case as `_collides` does, and store its state at each sample if there are checkpoints."""
+    The state at each sample is stored if there are checkpoints.
+    """
     begin(plan, run, case.variant, case.values, case.key, case.actions)
-    scored, sample = run.status[Status.END] == RUNNING, 0
+    scored, sample = run.status[Status.END] == RUNNING, 0  # not the literal True: numba would compile `advance` again
     count = len(memory.checkpoints.states)
     while run.status[Status.END] == RUNNING:
         if count > 0:
@@ -292,10 +250,10 @@ def _collides_with_checkpoints(plan: Plan, run: Run, memory: DriveMemory, case: 
 @inlined
 def _store(run: Run, to: Checkpoints, k: int) -> None:
     """Store the state of a run at the sample k, before its turns."""
-    _copy_row(run.registers, to.registers[k])
-    _copy_row(run.resume, to.resume[k])
-    _copy_row(run.status, to.status[k])
-    _copy_row(run.end, to.end[k])
+    copy_row(run.registers, to.registers[k])
+    copy_row(run.resume, to.resume[k])
+    copy_row(run.status, to.status[k])
+    copy_row(run.end, to.end[k])
     _copy_rows(run.actors, to.actors[k])
     _copy_rows(run.segments, to.segments[k])
     _copy_rows(run.impacts, to.impacts[k])
@@ -307,10 +265,10 @@ def _store(run: Run, to: Checkpoints, k: int) -> None:
 @kernel
 def _restore(run: Run, since: Checkpoints, k: int) -> None:
     """Restore the state of a run at the sample k; its key and its decisions are the same in all drives."""
-    _copy_row(since.registers[k], run.registers)
-    _copy_row(since.resume[k], run.resume)
-    _copy_row(since.status[k], run.status)
-    _copy_row(since.end[k], run.end)
+    copy_row(since.registers[k], run.registers)
+    copy_row(since.resume[k], run.resume)
+    copy_row(since.status[k], run.status)
+    copy_row(since.end[k], run.end)
     run.status[Status.SHADED] = -1
     _copy_rows(since.actors[k], run.actors)
     _copy_rows(since.segments[k], run.segments)
@@ -323,7 +281,7 @@ def _restore(run: Run, since: Checkpoints, k: int) -> None:
 @inlined
 def _copy_rows(source: Floats, target: Floats) -> None:
     for row in range(min(len(source), len(target))):
-        _copy_row(source[row], target[row])
+        copy_row(source[row], target[row])
 
 
 @inlined
@@ -339,7 +297,7 @@ def _brakes_before(path: Floats, sample: int) -> bool:
 
 
 @inlined
-def _fault(plan: Plan, run: Run, outlines: Floats) -> int:
+def found_fault(plan: Plan, run: Run, outlines: Floats) -> int:
     """Return the `Fault` of the contact at which a run has just ended."""
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
     met = measure_pair(run.states, contact, plan.layout.time_step, other, outlines, True, run.end[1])
@@ -349,7 +307,7 @@ def _fault(plan: Plan, run: Run, outlines: Floats) -> int:
 
 
 @inlined
-def _carry_on(plan: Plan, run: Run, memory: DriveMemory, driver: Driver) -> int:
+def carry_on(plan: Plan, run: Run, memory: DriveMemory, driver: Driver) -> int:
     """Continue a run after its contact, for as long as drives are followed, and keep path and motion of the ego; return
     the last sample.
     """
@@ -359,25 +317,25 @@ def _carry_on(plan: Plan, run: Run, memory: DriveMemory, driver: Driver) -> int:
     until = int(run.status[Status.SAMPLE])
     lay_path(run.states, until + 1, path, plan.layout.time_step)
     for k in range(until + 1):
-        _copy_row(run.states[k, 0], memory.own[k])
+        copy_row(run.states[k, 0], memory.own[k])
     return until
 
 
 @inlined
-def _copy_row(source: Floats | Ints, target: Floats | Ints) -> None:
+def copy_row(source: Floats | Ints, target: Floats | Ints) -> None:
     for column in range(len(source)):
         target[column] = source[column]
 
 
 @kernel
-def _record_others(plan: Plan, run: Run, memory: DriveMemory, case: Case, contact: int, until: int) -> None:
+def record_others(plan: Plan, run: Run, memory: DriveMemory, case: Case, contact: int, until: int) -> None:
     """Record the others anew up to the sample `until`, past the contact of the ego, with impacts among them."""
     begin(plan, run, case.variant, case.values, case.key, case.actions)
     scored = run.status[Status.END] == RUNNING
     advance(plan, run, contact - 1, scored)
     run.actors[0, Memory.FREE] = REPLACED
     for k in range(contact - 1, until):
-        _copy_row(memory.own[k + 1], run.states[k + 1, 0])
+        copy_row(memory.own[k + 1], run.states[k + 1, 0])
         advance(plan, run, k + 1, not scored)
 
 
@@ -399,11 +357,11 @@ def in_its_car(plan: Plan, run: Run, driver: Driver) -> Driver:
     hardest = vehicle.max_braking if on_foot else min(vehicle.max_braking, vehicle.grip)
     braking = min(driver.deceleration, hardest)
     share = braking / vehicle.max_braking if vehicle.max_braking > 0.0 else 0.0
-    return _brakes_like(driver, braking, max(driver.ramp, build_up * share))
+    return brakes_like(driver, braking, max(driver.ramp, build_up * share))
 
 
 @inlined
-def _sees(driver: Driver, reach: float) -> Driver:
+def limited_to(driver: Driver, reach: float) -> Driver:
     """Return the same driver with a distance of sight of at most `reach` [m]."""
     return Driver(
         driver.perception, driver.reaction, driver.deceleration, driver.ramp, driver.horizon, driver.alarming, reach
@@ -411,7 +369,7 @@ def _sees(driver: Driver, reach: float) -> Driver:
 
 
 @inlined
-def _brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
+def brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
     """Return the same driver with other brakes [m/s^2] and ramp [s]."""
     return Driver(driver.perception, driver.reaction, braking, ramp, driver.horizon, driver.alarming, driver.reach)
 
@@ -420,23 +378,13 @@ def _brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
 
 
 @kernel
-def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) -> Braked:
+def brake_from(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) -> Braked:
     """Drive a case as recorded up to the sample `braking`, then brake along the path up to `again.until`."""
-    case, contact, outlines, path = again.case, again.contact, again.outlines, again.path
+    contact, outlines, path = again.contact, again.outlines, again.path
     time_step, states = plan.layout.time_step, run.states
     if braking >= contact:
         return Braked(True, contact - 1, path[contact - 1, WAY], 0.0)
-    resumes = not again.recorded and len(again.checkpoints.states) > 0
-    if resumes:
-        _restore(run, again.checkpoints, braking)
-    elif not again.recorded:
-        begin(plan, run, case.variant, case.values, case.key, case.actions)
-    scored = again.recorded or run.status[Status.END] == RUNNING
-    if again.recorded:
-        _copy_row(again.own[braking], states[braking, 0])
-    else:
-        advance(plan, run, braking, scored)  # no step if the run is there already
-        run.actors[0, Memory.FREE] = REPLACED
+    scored = start_from(plan, run, again, braking)
     way, speed = path[braking, WAY], abs(states[braking, 0, State.SPEED])
     held = path[max(braking - 1, 0), OWN]
     at, way_then = braking, way
@@ -452,9 +400,27 @@ def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) 
             advance(plan, run, k + 1, not scored)
         if k + 1 < contact:
             at, way_then = k + 1, way
-        if _touches(states, k, outlines):
+        if touches(states, k, outlines):
             return Braked(True, at, way_then, speed)
     return Braked(False, at, way_then, speed)
+
+
+@inlined
+def start_from(plan: Plan, run: Run, again: Replayed, sample: int) -> bool:
+    """Bring the run to a sample of the case, from which the ego is placed; return whether its steps so far counted."""
+    case = again.case
+    resumes = not again.recorded and len(again.checkpoints.states) > 0
+    if resumes:
+        _restore(run, again.checkpoints, sample)
+    elif not again.recorded:
+        begin(plan, run, case.variant, case.values, case.key, case.actions)
+    scored = again.recorded or run.status[Status.END] == RUNNING
+    if again.recorded:
+        copy_row(again.own[sample], run.states[sample, 0])
+    else:
+        advance(plan, run, sample, scored)  # no step if the run is there already
+        run.actors[0, Memory.FREE] = REPLACED
+    return scored
 
 
 @inlined
@@ -473,7 +439,7 @@ def put(states: Floats, sample: int, pose: Box, speed: float) -> None:
 
 
 @inlined
-def _touches(states: Floats, k: int, outlines: Floats) -> bool:
+def touches(states: Floats, k: int, outlines: Floats) -> bool:
     """Return True if the ego touches any actor in the step after sample k."""
     touched = False
     for other in range(1, states.shape[1]):
@@ -485,18 +451,17 @@ def _touches(states: Floats, k: int, outlines: Floats) -> bool:
 
 
 @kernel
-def _latest(plan: Plan, run: Run, again: Replayed, braking: int, avoided: bool, driver: Driver, patience: int) -> int:
+def _latest(plan: Plan, run: Run, again: Replayed, braking: int, avoided: bool, driver: Driver) -> int:
     """Return the last or nearest sample at which braking avoids contact; see `ReferenceDrive.latest`."""
     if avoided:
-        last = min(again.contact - 1, braking + patience)
-        for k in range(braking + 1, last + 1):
-            if _drive(plan, run, again, k, driver).touched:
+        for k in range(braking + 1, again.contact):
+            if brake_from(plan, run, again, k, driver).touched:
                 return k - 1
-        return last
+        return again.contact - 1
     for k in range(braking - 1, -1, -1):
-        if not _drive(plan, run, again, k, driver).touched:
+        if not brake_from(plan, run, again, k, driver).touched:
             return k
     for k in range(braking + 1, again.contact):
-        if not _drive(plan, run, again, k, driver).touched:
+        if not brake_from(plan, run, again, k, driver).touched:
             return k
     return NEVER

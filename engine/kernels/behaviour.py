@@ -11,14 +11,16 @@ the sample, commands take effect in the following step. Instructions that read a
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from engine.kernels.conflict import shadow
 from engine.kernels.crossing import foresee
-from engine.kernels.evaluate import evaluate
+from engine.kernels.evaluate import SCALARS, evaluate, operand
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.path import PathPoint, path_pose, path_project, path_project_near
 from engine.kernels.region import region_contains
 from engine.kernels.replay import follow_track
-from engine.kernels.run_state import Memory, Plan, Run, Status, column_of, outline_of
+from engine.kernels.run_state import Memory, Plan, Run, Status, column_of, current_sample, outline_of
 from engine.kernels.senses import (
     appear,
     draw_number,
@@ -30,8 +32,8 @@ from engine.kernels.senses import (
     see_within,
 )
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
-from engine.opcodes import Op
-from engine.tables import ROAD_REGION
+from engine.opcodes import Fused, Op
+from engine.tables import ROAD_REGION, Floats, Ints
 from engine.vocabulary import ActorKind, Column, Command, State
 
 # -- the interpreter ---------------------------------------------------------------------------------------------------
@@ -54,6 +56,7 @@ COMMANDED = tuple(
     )
 )
 """Column of `Memory` that each `Command` sets."""
+subtract, hypot, less = (SCALARS[op] for op in (Op.SUB, Op.HYPOT, Op.LT))
 
 
 class Turn(NamedTuple):
@@ -67,20 +70,23 @@ class Turn(NamedTuple):
 def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     """Run step code from a row until the turn is over. Inlined into its caller: call it in one place.
 
+    Instructions are counted at jumps and at the end of the turn, a fused one as those that it stands for.
+
     `actor` is the actor whose turn it is; it has no meaning for rules and monitors, whose code sets no commands.
     """
     code, registers = plan.code, run.registers
     run.status[Status.TURN], run.status[Status.ARRIVALS] = actor, 0
-    signal, detail = OUT_OF_BUDGET, -1
-    for _ in range(plan.layout.budget):
-        op, dst, a, b = int(code[row, 0]), int(code[row, 1]), int(code[row, 2]), int(code[row, 3])
+    left, first, detail = plan.layout.budget, row, -1
+    while True:
+        op, dst, a, b = operand(code, row, 0), operand(code, row, 1), operand(code, row, 2), operand(code, row, 3)
         row += 1
+        target = -1
         if op < Op.STATE:
             evaluate(code, row - 1, registers, plan.pool, plan.road)
         elif op == Op.STATE:
-            registers[dst] = run.states[_now(run), a, b]
+            _read_state(run, code, row - 1)
         elif op == Op.TIME:
-            registers[dst] = _now(run) * plan.layout.time_step
+            registers[np.uintp(dst)] = current_sample(run) * plan.layout.time_step
         elif op == Op.RANDOM:
             draw_number(run, dst)
         elif op == Op.WITHIN:
@@ -99,31 +105,31 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             touched = run.status[Status.CONTACT_ONE] >= 0
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
         elif op == Op.ACTION:
-            registers[dst] = run.actions[_now(run) // plan.layout.hold, a]
+            registers[dst] = run.actions[current_sample(run) // plan.layout.hold, a]
         elif op == Op.CROSSING:
-            foresee(plan, run, _now(run), row - 1)
+            foresee(plan, run, current_sample(run), row - 1)
         elif op == Op.IS_RUNNING:
-            registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
+            registers[np.uintp(dst)] = 1.0 if run.resume[np.uintp(a)] >= 0 else 0.0
         elif op == Op.JUMP:
-            row = a
+            target = a
         elif op == Op.JUMP_UNLESS:
-            if registers[a] == 0.0:
-                row = b
-            elif math.isnan(registers[a]):
+            if registers[np.uintp(a)] == 0.0:
+                target = b
+            elif math.isnan(registers[np.uintp(a)]):
                 signal = UNDEFINED
                 break
         elif op == Op.JUMP_IF_FALSE:
-            if registers[a] == 0.0:
-                row = b
+            if registers[np.uintp(a)] == 0.0:
+                target = b
         elif op == Op.JUMP_IF_RUNNING:
-            if run.resume[a] >= 0:
-                row = b
+            if run.resume[np.uintp(a)] >= 0:
+                target = b
         elif op == Op.SET_RESUME:
-            run.resume[a] = b
+            run.resume[np.uintp(a)] = b
         elif op == Op.RESUME:
-            row = int(run.resume[a])
+            target = int(run.resume[np.uintp(a)])
         elif op == Op.YIELD:
-            run.resume[a] = row
+            run.resume[np.uintp(a)] = row
             signal = YIELDED
             break
         elif op == Op.COMMAND:
@@ -131,16 +137,21 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
                 signal = UNDEFINED
                 break
             _command(run, _me(run), a, registers[b])
-        elif op == Op.FOLLOW:
-            if _follow(plan, run, _now(run), _me(run), row - 1):
-                row = int(code[row - 1, 5])
+        elif op == Op.FOLLOW or op == Fused.FOLLOW_ON:
+            if _follow(plan, run, current_sample(run), _me(run), row - 1):
+                target = operand(code, row - 1, 5)
                 run.status[Status.ARRIVALS] += 1
+            elif op == Fused.FOLLOW_ON:
+                row += 1
+                run.resume[np.uintp(operand(code, row - 1, 2))] = row
+                signal = YIELDED
+                break
         elif op == Op.REPLAY:
             if follow_track(plan, run, _me(run), row - 1):
-                row = int(code[row - 1, 4])
+                target = operand(code, row - 1, 4)
                 run.status[Status.ARRIVALS] += 1
         elif op == Op.HOLD_SPEED:
-            _hold_speed(plan, run, _now(run), _me(run), registers[a])
+            _hold_speed(plan, run, current_sample(run), _me(run), registers[a])
         elif op == Op.TERMINATE:
             signal, detail = RULE_TRIGGERED, a
             break
@@ -149,20 +160,70 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             break
         elif op == Op.SPAWN:
             appear(plan, run, a)
+        elif op == Fused.HANDLE:
+            if run.resume[np.uintp(a)] >= 0:
+                target = b
+            else:
+                see_within(plan, run, row)
+                row += 2
+                holds = registers[np.uintp(operand(code, row - 1, 2))]
+                if holds == 0.0:
+                    target = operand(code, row - 1, 3)
+                elif math.isnan(holds):
+                    signal = UNDEFINED
+                    break
+        elif op == Fused.IS_FAR or op == Fused.ARE_FAR:
+            row = _compare_distance(run, code, row - 1, 1 if op == Fused.IS_FAR else 2)
+            if operand(code, row, 0) == Op.END:
+                row += 1
+                signal = SEGMENT_ENDED
+                break
         else:
             signal = SEGMENT_ENDED
             break
+        if target >= 0:
+            left -= row - first
+            if left <= 0:
+                row = target if left == 0 else row + left
+                signal = OUT_OF_BUDGET
+                break
+            row = first = target
+    if signal != OUT_OF_BUDGET and row - first > left:
+        signal, row = OUT_OF_BUDGET, first + left
     if signal == OUT_OF_BUDGET and run.status[Status.ARRIVALS] > 1:  # it arrives at the end of a path again and again
         signal = HALTED
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
 
 
 @inlined
-def _now(run: Run) -> int:
-    """Return the current sample. Instructions read it, and the actor of the turn, from memory: for variables the
-    compiler would compute before each turn everything that any instruction might derive from them.
-    """
-    return int(run.status[Status.SAMPLE])
+def _read_state(run: Run, code: Ints, row: int) -> None:
+    """Execute `Op.STATE`."""
+    value = run.states[current_sample(run), np.uintp(operand(code, row, 2)), np.uintp(operand(code, row, 3))]
+    run.registers[np.uintp(operand(code, row, 1))] = value
+
+
+@inlined
+def _numbers(registers: Floats, code: Ints, row: int) -> tuple[float, float]:
+    """Return the operands of a scalar instruction."""
+    return registers[np.uintp(operand(code, row, 2))], registers[np.uintp(operand(code, row, 3))]
+
+
+@inlined
+def _compare_distance(run: Run, code: Ints, row: int, actors: int) -> int:
+    """Execute `Fused.IS_FAR` (1 actor) or `Fused.ARE_FAR` (2 actors) from a row on; return the row after it."""
+    registers = run.registers
+    for _ in range(2):
+        for _ in range(actors):
+            _read_state(run, code, row)
+            row += 1
+        x, y = _numbers(registers, code, row)
+        registers[np.uintp(operand(code, row, 1))] = subtract(x, y)
+        row += 1
+    x, y = _numbers(registers, code, row)
+    registers[np.uintp(operand(code, row, 1))] = hypot(x, y)
+    x, y = _numbers(registers, code, row + 1)
+    registers[np.uintp(operand(code, row + 1, 1))] = less(x, y)
+    return row + 2
 
 
 @inlined
@@ -179,8 +240,8 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
 @inlined
 def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     """Steer and pedal along a path; true when the actor has come to its end, and nothing is commanded."""
-    progress, path = int(plan.code[row, 1]), int(run.registers[int(plan.code[row, 2])])
-    target_speed, max_lateral = run.registers[int(plan.code[row, 3])], run.registers[int(plan.code[row, 4])]
+    progress, path = operand(plan.code, row, 1), int(run.registers[operand(plan.code, row, 2)])
+    target_speed, max_lateral = run.registers[operand(plan.code, row, 3)], run.registers[operand(plan.code, row, 4)]
     x, y = run.actors[actor, Memory.REAR_X], run.actors[actor, Memory.REAR_Y]
     heading, speed = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.SPEED]
     guess = run.registers[progress]

@@ -16,6 +16,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.conflict import shadow, turned_shadow
+from engine.kernels.evaluate import operand
 from engine.kernels.geometry import Box, View, shortest_turn
 from engine.kernels.impacts.motion import MotionSegment
 from engine.kernels.jit import deferred, inlined, kernel
@@ -153,10 +154,10 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
 def foresee(plan: Plan, run: Run, sample: int, row: int) -> None:
     """Execute `Op.CROSSING` at a row of step code."""
     code, registers = plan.code, run.registers
-    at = registers[int(code[row, 4]) :]
+    at = registers[operand(code, row, 4) :]
     look = Foresight(int(at[0]), at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
-    found = crossing(plan, run, sample, int(code[row, 2]), int(code[row, 3]), look)
-    dst = registers[int(code[row, 1]) :]
+    found = crossing(plan, run, sample, operand(code, row, 2), operand(code, row, 3), look)
+    dst = registers[operand(code, row, 1) :]
     dst[0], dst[1], dst[2], dst[3], dst[4] = found.enter, found.leave, found.arrives, found.clears, found.their_enter
     dst[5], dst[6], dst[7] = found.their_leave, found.earliest, found.their_arrival
     dst[8], dst[9], dst[10] = found.their_clearing, found.along, found.back

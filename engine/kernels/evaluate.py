@@ -1,6 +1,7 @@
 """The interpreter of pure code, one instruction (`Op` below 60) or a segment of them.
 
-A row is `(op, dst, a, b, c, d)`. Register files are float64 arrays; path and region ids travel as floats.
+A row is `(op, dst, a, b, c, d)`; code is one array of all rows. Register files are float64 arrays; path and region ids
+travel as floats.
 
 The scalar instructions are the rows of `engine.operators`: numbers in, number out, Python's meaning. Nothing raises:
 dividing by zero gives an infinity or NaN, the root of a negative number NaN.
@@ -27,7 +28,7 @@ from engine.kernels.region import (
 )
 from engine.kernels.sight import SEEN, Shades, look
 from engine.kernels.switch import Scalar, switch
-from engine.opcodes import Op
+from engine.opcodes import ROW_WIDTH, Op
 from engine.operators import OPERATORS
 from engine.tables import Floats, Ints, RoadTables
 
@@ -46,13 +47,22 @@ scalar = switch(SCALARS, {op: row.arity for op, row in OPERATORS.items()})
 
 
 @inlined
+def operand(code: Ints, row: int, number: int) -> int:
+    """Return a number of a row of code; 0 to 5: op, dst, a, b, c, d.
+
+    An unsigned index spares numba's test for counting from the end.
+    """
+    return int(code[np.uintp(row * ROW_WIDTH + number)])
+
+
+@inlined
 def evaluate(code: Ints, row: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
     """Execute one row of code with `op` < 60 on the registers. Inlined into its caller: call it in one place."""
-    op, dst, a, b, c = code[row, 0], code[row, 1], code[row, 2], code[row, 3], code[row, 4]
+    op, dst, a, b = operand(code, row, 0), operand(code, row, 1), operand(code, row, 2), operand(code, row, 3)
+    c = operand(code, row, 4)
     if op >= Op.PATH_POSE:
         _geometry(op, dst, a, b, c, registers, road)
         return
-    # An unsigned index spares numba's test for counting from the end.
     result, first, second, third = np.uintp(dst), np.uintp(a), np.uintp(b), np.uintp(c)
     if op == Op.TABLE:
         registers[result] = _option(pool, a, registers[second])
@@ -70,7 +80,7 @@ def run_segment(code: Ints, start: int, end: int, registers: Floats, pool: Float
 def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
     """Execute rows as `run_segment` does, for hot loops: copied into its caller."""
     for row in range(start, end):
-        if code[row, 0] == Op.END:
+        if operand(code, row, 0) == Op.END:
             return
         evaluate(code, row, registers, pool, road)
 

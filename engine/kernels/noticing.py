@@ -13,7 +13,7 @@ from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined
 from engine.kernels.pair import ROWS, center_velocity
 from engine.kernels.run_state import Plan, Run, Status, column_of, outline_of
-from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, Shades, in_reach, look
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, Shades, in_reach, look, may_be_hidden
 from engine.tables import SHADE, Floats
 from engine.vocabulary import Column, State
 
@@ -68,13 +68,28 @@ def visibility_past(plan: Plan, run: Run, sample: int, view: View, target: Box, 
     if not in_reach(view, target):
         return OUTSIDE
     count = len(plan.kinds)
-    if count == (1 if viewer >= 0 else 0) + (1 if looked_at >= 0 else 0):
+    if not others_hide(plan, run, viewer, looked_at):
         if len(plan.road.buildings) == 0 and _is_around(view, target.x, target.y):
-            return SEEN  # nearly always for two actors on a road: nothing could hide them
+            return SEEN  # nearly always on a road: nothing could hide the target
         count = 0
     elif run.status[Status.SHADED] != sample:
         _cast_shades(plan, run, sample)
     return look(view, target, Shades(run.shades, 0, count, viewer, looked_at), plan.road.buildings)
+
+
+@inlined
+def hides(plan: Plan, run: Run, actor: int) -> bool:
+    """Return True if an actor hides others while it is present."""
+    return column_of(plan, run, actor, Column.OCCLUDING) != 0.0
+
+
+@inlined
+def others_hide(plan: Plan, run: Run, viewer: int, looked_at: int) -> bool:
+    """Return True if an actor except `viewer` and `looked_at` (-1: no such actor) hides others."""
+    number = 0
+    for actor in range(len(plan.kinds)):
+        number += 1 if actor != viewer and actor != looked_at and hides(plan, run, actor) else 0
+    return number > 0
 
 
 @inlined
@@ -91,8 +106,8 @@ def _cast_shades(plan: Plan, run: Run, sample: int) -> None:
         box, at = outline_of(plan, run, sample, actor), actor * SHADE
         run.shades[at], run.shades[at + 1], run.shades[at + 2] = box.x, box.y, box.heading
         run.shades[at + 3], run.shades[at + 4] = box.length, box.width
-        hides = run.states[sample, actor, State.PRESENT] != 0.0
-        run.shades[at + 5] = column_of(plan, run, actor, Column.OCCLUDING) if hides else 0.0
+        is_present = run.states[sample, actor, State.PRESENT] != 0.0
+        run.shades[at + 5] = column_of(plan, run, actor, Column.OCCLUDING) if is_present else 0.0
     run.status[Status.SHADED] = sample
 
 
@@ -123,15 +138,18 @@ def note_sightings(plan: Plan, run: Run, samples: int, ending: float, outlines: 
     Visibility at a sample holds for the step after it. If no other actor and no building can hide it, an actor that was
     seen once needs no further test.
     """
-    hideable = len(plan.kinds) > 2 or len(plan.road.buildings) > 0
+    walls, hiding = len(plan.road.buildings) > 0, 0
     for pair in range(len(pairs)):
+        hiding += 1 if hides(plan, run, pair + 1) else 0
         pairs[pair, FIRST_SEEN] = pairs[pair, TTC_THEN] = math.nan
         pairs[pair, HIDDEN_TIME] = 0.0
     for sample in range(samples):
         for other in range(1, len(plan.kinds)):
             pair = other - 1
             unseen = math.isnan(pairs[pair, FIRST_SEEN])
-            verdict = visibility(plan, run, sample, 0, other) if unseen or hideable else OUTSIDE
+            hideable = walls or hiding > (1 if hides(plan, run, other) else 0)
+            looks = unseen or (hideable and _may_be_hidden(plan, run, sample, 0, other))
+            verdict = visibility(plan, run, sample, 0, other) if looks else OUTSIDE
             if verdict == HIDDEN:
                 pairs[pair, HIDDEN_TIME] += 1.0 if sample + 1 < samples else ending
             if verdict == SEEN and unseen:
@@ -139,6 +157,18 @@ def note_sightings(plan: Plan, run: Run, samples: int, ending: float, outlines: 
                 pairs[pair, TTC_THEN] = time_to_collision(_pair(plan, run, sample, samples, other, outlines))
     for pair in range(len(pairs)):
         pairs[pair, HIDDEN_TIME] *= plan.layout.time_step
+
+
+@inlined
+def _may_be_hidden(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
+    """Return False if an actor is certainly not hidden from another at a recorded sample."""
+    if not _both_present(run, sample, viewer, target):
+        return False
+    if run.status[Status.SHADED] != sample:
+        _cast_shades(plan, run, sample)
+    shades = Shades(run.shades, 0, len(plan.kinds), viewer, target)
+    box = outline_of(plan, run, sample, target)
+    return may_be_hidden(view_of(plan, run, sample, viewer), box, shades, plan.road.buildings)
 
 
 @inlined

@@ -200,8 +200,9 @@ def measure_pair(
         return _never_together()
     states, samples = states[first:], samples - first
     together = _samples_together(states, samples, other)
-    seed, fastest = _survey(states, together, time_step, other, outlines)
-    at = _first_as_fast(states, together, time_step, other, outlines, fastest)
+    survey = _survey(states, together, time_step, other, outlines)
+    seed, fastest = survey.nearest, survey.fastest
+    at = _first_as_fast(states, together, time_step, other, outlines, survey)
     distance_at_ms, ttc_at_ms = math.inf, math.inf
     if fastest > NOISE_FLOOR:
         distance_at_ms = box_distance(outline_at(states, at, 0, outlines), outline_at(states, at, other, outlines))
@@ -267,26 +268,45 @@ def _samples_together(states: Floats, samples: int, other: int) -> int:
     return samples
 
 
+class Survey(NamedTuple):
+    """The samples of a pair at a glance."""
+
+    nearest: int
+    """Sample at which the centres are nearest."""
+    fastest: float
+    """Largest closing speed [m/s]."""
+    begin: int
+    """A sample before which no closing speed is within the tolerance of the largest."""
+
+
 @kernel
-def _survey(states: Floats, together: int, time_step: float, other: int, outlines: Floats) -> tuple[int, float]:
-    """Return the sample at which the centres are nearest, and the largest closing speed [m/s]."""
+def _survey(states: Floats, together: int, time_step: float, other: int, outlines: Floats) -> Survey:
+    """Return the survey of the samples.
+
+    Closing speeds before a sample that exceeds all of them are below the tolerance once that sample is.
+    """
     nearest, seed, fastest = math.inf, 0, -math.inf
+    begin, mark, marked = 0, 0, -math.inf
     for k in range(together):
         x, y = states[k, other, State.X] - states[k, 0, State.X], states[k, other, State.Y] - states[k, 0, State.Y]
         square = x * x + y * y
         if square < nearest:
             nearest, seed = square, k
-        fastest = max(fastest, closing_speed(states, together, k, time_step, other, outlines))
-    return seed, fastest
+        speed = closing_speed(states, together, k, time_step, other, outlines)
+        if speed > fastest:
+            if marked < speed - CLOSING_SPEED_TOLERANCE:
+                begin, mark, marked = mark, k, speed
+            fastest = speed
+    return Survey(seed, fastest, begin)
 
 
 @kernel
 def _first_as_fast(
-    states: Floats, together: int, time_step: float, other: int, outlines: Floats, fastest: float
+    states: Floats, together: int, time_step: float, other: int, outlines: Floats, survey: Survey
 ) -> int:
     """Return the first sample whose closing speed is within the tolerance of the largest."""
-    for k in range(together):
-        if closing_speed(states, together, k, time_step, other, outlines) >= fastest - CLOSING_SPEED_TOLERANCE:
+    for k in range(survey.begin, together):
+        if closing_speed(states, together, k, time_step, other, outlines) >= survey.fastest - CLOSING_SPEED_TOLERANCE:
             return k
     return 0
 

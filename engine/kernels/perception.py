@@ -122,27 +122,29 @@ def perceive(plan: Plan, run: Run, contact: int, other: int, outlines: Floats, p
 @kernel
 def is_in_sight(plan: Plan, run: Run, k: int, other: int, outlines: Floats, path: Floats, driver: Driver) -> bool:
     """Return True if there is a conflict at sample k with an actor that can be seen."""
-    conflict = _conflicts(run.states, k, other, outlines, path, plan.layout.time_step, driver)
+    conflict = is_conflict(run.states, k, other, outlines, path, path[k, WAY], plan.layout.time_step, driver)
     return conflict and notices(plan, run, k, 0, other, driver.reach)
 
 
 @inlined
-def _conflicts(
-    states: Floats, k: int, other: int, outlines: Floats, path: Floats, time_step: float, driver: Driver
+def is_conflict(
+    states: Floats, k: int, other: int, outlines: Floats, path: Floats, way: float, time_step: float, driver: Driver
 ) -> bool:
-    """Return True if a conflict exists at sample k: contact ahead, or a leader that brakes hard."""
+    """Return True if a conflict exists at sample k: contact ahead, or a leader that brakes hard; `way`: arc length of
+    the ego on its path [m].
+    """
     if states[k, 0, State.PRESENT] == 0.0 or states[k, other, State.PRESENT] == 0.0:
         return False
     if k > 0 and states[k, other, State.ACCELERATION] < -driver.alarming:
         now = snapshot(states, k + 1, k, 0.0, time_step, other, outlines)
         if time_gap(now) < driver.horizon:
             return True
-    return _would_touch(states, k, other, outlines, path, time_step, driver.horizon)
+    return _would_touch(states, k, other, outlines, path, way, time_step, driver.horizon)
 
 
 @kernel
 def _would_touch(
-    states: Floats, k: int, other: int, outlines: Floats, path: Floats, time_step: float, horizon: float
+    states: Floats, k: int, other: int, outlines: Floats, path: Floats, way: float, time_step: float, horizon: float
 ) -> bool:
     """Return True if the outlines would touch within the horizon if both continued as at sample k."""
     speed = abs(states[k, 0, State.SPEED])
@@ -152,13 +154,13 @@ def _would_touch(
     x = states[k, other, State.X] - ahead * math.cos(heading)
     y = states[k, other, State.Y] - ahead * math.sin(heading)
     length, width = outlines[other, 0], outlines[other, 1]
-    ego = pose_at(path, path[k, WAY], outlines[0, 0], outlines[0, 1])
+    ego = pose_at(path, way, outlines[0, 0], outlines[0, 1])
     them = Box(states[k, other, State.X], states[k, other, State.Y], heading, length, width)
     for step in range(first_sample(horizon, time_step)):
         x += theirs * time_step * math.cos(heading + 0.5 * turn)
         y += theirs * time_step * math.sin(heading + 0.5 * turn)
         heading += turn
-        ego_after = pose_at(path, path[k, WAY] + (step + 1) * speed * time_step, outlines[0, 0], outlines[0, 1])
+        ego_after = pose_at(path, way + (step + 1) * speed * time_step, outlines[0, 0], outlines[0, 1])
         after = Box(x + ahead * math.cos(heading), y + ahead * math.sin(heading), heading, length, width)
         if first_contact(ego, ego_after, them, after) >= 0.0:
             return True

@@ -40,6 +40,7 @@ class Recipe(NamedTuple):
     """Everything about a program that an attempt reads."""
 
     code: CodeTables
+    """Tables of the program; `scene_code` is one array of all rows."""
     road: RoadTables
     draws_needed: Ints
     """(templates, requirements): how many draws must be made before a requirement is tested."""

@@ -9,6 +9,7 @@ jumps.
 import math
 from typing import NamedTuple
 
+from engine.kernels.evaluate import operand
 from engine.kernels.jit import deferred, kernel
 from engine.kernels.run_state import Memory, Plan, Run, column_of
 from engine.tables import Floats
@@ -32,7 +33,11 @@ class Recorded(NamedTuple):
 @deferred()
 def follow_track(plan: Plan, run: Run, actor: int, row: int) -> bool:
     """Execute `Op.REPLAY`: move the actor along its track in this turn; return True, without effect, after its end."""
-    clock, track, pace = int(plan.code[row, 1]), int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
+    clock, track, pace = (
+        operand(plan.code, row, 1),
+        operand(plan.code, row, 2),
+        run.registers[operand(plan.code, row, 3)],
+    )
     time = run.registers[clock]
     if time >= plan.pool[track + 1 + NUMBERS * (int(plan.pool[track]) - 1)] - AT_END:
         run.actors[actor, Memory.ROUTE_DONE] = 1.0

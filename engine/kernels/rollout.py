@@ -30,7 +30,8 @@ their rows of sample k + 1. Monitors do not run then, and no new actor enters.
 import math
 
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, UNDEFINED, Turn, interpret
-from engine.kernels.impacts.motion import FirstContact, resolve_other_impacts, search_contact
+from engine.kernels.impacts.motion import resolve_other_impacts
+from engine.kernels.impacts.sweep import FirstContact, search_contact
 from engine.kernels.jit import deferred, inlined, shared
 from engine.kernels.judging import append_contact_sample, step_on
 from engine.kernels.motion import step

@@ -8,6 +8,8 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+
 from engine.handles import Slots, handle, slotted
 from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
@@ -61,7 +63,7 @@ class Plan(NamedTuple):
     """Everything about a program that its runs read; made by `engine.host.plan`."""
 
     code: Ints
-    """(n, 6) `CodeTables.step_code`."""
+    """(n * ROW_WIDTH,) `CodeTables.step_code`, row after row, with fused instructions (`engine.host.fuse`)."""
     pool: Floats
     variant_values: Floats
     """(variants, n_variant_values)"""
@@ -244,6 +246,10 @@ class Run(NamedTuple):
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
     areas: Floats
     """(actors * actors, `crossing.KEPT`): the last search for the area of each two actors."""
+    sweep_order: Ints
+    """(actors,): all actors, sorted by the beginnings of their spans in the last step (`impacts.sweep`)."""
+    sweep_spans: Floats
+    """(actors, 2): beginning and end of the span of each actor in the step, on one axis [m]."""
     actions: Floats
     """(samples, numbers): external decisions, turn by turn (`Op.ACTION`); no rows if a program has none."""
     command_columns: Ints
@@ -280,7 +286,17 @@ class Run(NamedTuple):
 @inlined
 def column_of(plan: Plan, run: Run, actor: int, column: int) -> float:
     """Return a property of an actor in this scene."""
-    return run.registers[plan.layout.scene_values + actor * COLUMNS + column]
+    return run.registers[np.uintp(plan.layout.scene_values + actor * COLUMNS + column)]
+
+
+@inlined
+def current_sample(run: Run) -> int:
+    """Return the current sample. The compiler learns that it is not negative, so that no index counts from the end.
+
+    Instructions read it from memory: for a variable the compiler would compute before each turn everything that any
+    instruction might derive from it.
+    """
+    return int(np.int64(np.uint32(run.status[Status.SAMPLE])))
 
 
 @inlined

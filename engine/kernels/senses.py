@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
 from engine.kernels.crossing import foresee
-from engine.kernels.evaluate import has_nan
+from engine.kernels.evaluate import has_nan, operand
 from engine.kernels.geometry import Box, View
 from engine.kernels.impacts.motion import spin_of, velocity_of
 from engine.kernels.jit import deferred, inlined, kernel
@@ -19,16 +19,11 @@ from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.replay import follow_track, move_along_track
-from engine.kernels.run_state import Plan, Run, Status, column_of, outline_of, place
+from engine.kernels.run_state import Plan, Run, Status, column_of, current_sample, outline_of, place
 from engine.kernels.sight import SEEN
 from engine.opcodes import Op
 from engine.tables import SLIDING
 from engine.vocabulary import Column, Purpose, State
-
-
-@inlined
-def _now(run: Run) -> int:
-    return int(run.status[Status.SAMPLE])
 
 
 @deferred()
@@ -42,17 +37,17 @@ def draw_number(run: Run, register: int) -> None:
 @deferred()
 def appear(plan: Plan, run: Run, actor: int) -> None:
     """Execute `Op.SPAWN`: place an absent actor at its pose in the scene."""
-    if run.states[_now(run), actor, State.PRESENT] == 0.0:
-        place(plan, run, _now(run), actor, 1.0)
+    if run.states[current_sample(run), actor, State.PRESENT] == 0.0:
+        place(plan, run, current_sample(run), actor, 1.0)
         run.status[Status.SHADED] = -1
 
 
 @deferred()
 def read_velocity(plan: Plan, run: Run, row: int) -> None:
     """Execute `Op.VELOCITY`."""
-    dst, actor = int(plan.code[row, 1]), int(plan.code[row, 2])
-    run.registers[dst], run.registers[dst + 1] = velocity_of(run, _now(run), actor)
-    run.registers[dst + 2] = spin_of(plan, run, _now(run), actor)
+    dst, actor = operand(plan.code, row, 1), operand(plan.code, row, 2)
+    run.registers[dst], run.registers[dst + 1] = velocity_of(run, current_sample(run), actor)
+    run.registers[dst + 2] = spin_of(plan, run, current_sample(run), actor)
 
 
 # -- sight -------------------------------------------------------------------------------------------------------------
@@ -61,38 +56,45 @@ def read_velocity(plan: Plan, run: Run, row: int) -> None:
 @deferred()
 def see_within(plan: Plan, run: Run, row: int) -> None:
     """Execute `Op.WITHIN`."""
-    actor, distance = int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
-    sees = sees_within(plan, run, _now(run), actor, distance)
-    run.registers[int(plan.code[row, 1])] = math.nan if math.isnan(distance) else 1.0 if sees else 0.0
+    actor, distance = operand(plan.code, row, 2), run.registers[operand(plan.code, row, 3)]
+    sees = sees_within(plan, run, current_sample(run), actor, distance)
+    run.registers[operand(plan.code, row, 1)] = math.nan if math.isnan(distance) else 1.0 if sees else 0.0
 
 
 @deferred()
 def see(plan: Plan, run: Run, row: int) -> None:
     """Execute `Op.SEES`."""
-    viewer, target = int(plan.code[row, 2]), int(plan.code[row, 3])
+    viewer, target = operand(plan.code, row, 2), operand(plan.code, row, 3)
     if viewer >= 0 and target >= 0:
-        sees = can_see(plan, run, _now(run), viewer, target)
+        sees = can_see(plan, run, current_sample(run), viewer, target)
     else:
-        sees = _sees_place(plan, run, _now(run), row)
-    unknown = (viewer < 0 and has_nan(run.registers, int(plan.code[row, 4]), 5)) or (
-        target < 0 and has_nan(run.registers, int(plan.code[row, 5]), 5)
+        sees = _sees_place(plan, run, current_sample(run), row)
+    unknown = (viewer < 0 and has_nan(run.registers, operand(plan.code, row, 4), 5)) or (
+        target < 0 and has_nan(run.registers, operand(plan.code, row, 5), 5)
     )
-    run.registers[int(plan.code[row, 1])] = math.nan if unknown else 1.0 if sees else 0.0
+    run.registers[operand(plan.code, row, 1)] = math.nan if unknown else 1.0 if sees else 0.0
 
 
 @deferred()
 def notice(plan: Plan, run: Run, row: int) -> None:
     """Execute `Op.NOTICES`."""
-    viewer, target = int(plan.code[row, 2]), int(plan.code[row, 3])
-    reach = run.registers[int(plan.code[row, 4])]
-    run.registers[int(plan.code[row, 1])] = 1.0 if notices(plan, run, _now(run), viewer, target, reach) else 0.0
+    viewer, target = operand(plan.code, row, 2), operand(plan.code, row, 3)
+    reach = run.registers[operand(plan.code, row, 4)]
+    run.registers[operand(plan.code, row, 1)] = (
+        1.0 if notices(plan, run, current_sample(run), viewer, target, reach) else 0.0
+    )
 
 
 @kernel
 def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
     """Return the result of `Op.SEES` if the viewer or the target is a place."""
     code, registers = plan.code, run.registers
-    viewer, target, at, there = int(code[row, 2]), int(code[row, 3]), int(code[row, 4]), int(code[row, 5])
+    viewer, target, at, there = (
+        operand(code, row, 2),
+        operand(code, row, 3),
+        operand(code, row, 4),
+        operand(code, row, 5),
+    )
     for actor in (viewer, target):
         if actor >= 0 and run.states[sample, actor, State.PRESENT] == 0.0:
             return False
@@ -153,17 +155,23 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) 
 @deferred()
 def find_leader(plan: Plan, run: Run, row: int) -> None:
     """Execute `Op.LEAD`."""
-    dst, actor, path = int(plan.code[row, 1]), int(plan.code[row, 2]), int(run.registers[int(plan.code[row, 3])])
-    reach = run.registers[int(plan.code[row, 4])]
-    run.registers[dst], run.registers[dst + 1] = leader(plan, run, _now(run), actor, path, reach)
+    dst, actor, path = (
+        operand(plan.code, row, 1),
+        operand(plan.code, row, 2),
+        int(run.registers[operand(plan.code, row, 3)]),
+    )
+    reach = run.registers[operand(plan.code, row, 4)]
+    run.registers[dst], run.registers[dst + 1] = leader(plan, run, current_sample(run), actor, path, reach)
 
 
 @deferred()
 def foresee_contact(plan: Plan, run: Run, row: int) -> None:
     """Execute `Op.TTC`."""
-    one, other = int(plan.code[row, 2]), int(plan.code[row, 3])
-    reach = run.registers[int(plan.code[row, 5])] if plan.code[row, 4] != 0 else -1.0
-    run.registers[int(plan.code[row, 1])] = least_time_to_collision(plan, run, _now(run), one, other, reach)
+    one, other = operand(plan.code, row, 2), operand(plan.code, row, 3)
+    reach = run.registers[operand(plan.code, row, 5)] if operand(plan.code, row, 4) != 0 else -1.0
+    run.registers[operand(plan.code, row, 1)] = least_time_to_collision(
+        plan, run, current_sample(run), one, other, reach
+    )
 
 
 @kernel

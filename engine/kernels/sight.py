@@ -270,33 +270,83 @@ def _holds(cone: Cone, x: float, y: float, slack: float) -> bool:
 # -- outlines in between -----------------------------------------------------------------------------------------------
 
 
+class Corridor(NamedTuple):
+    """The strip from a viewer to a target that contains all lines between them."""
+
+    x: float
+    """Direction from the viewer to the centre of the target."""
+    y: float
+    distance: float
+    """Distance of that centre [m]."""
+    radius: float
+    """Radius of the circumscribed circle of the target [m]."""
+
+
+@inlined
+def _corridor(view: View, x: float, y: float, half_length: float, half_width: float) -> Corridor:
+    dx, dy = x - view.x, y - view.y
+    distance = math.sqrt(dx * dx + dy * dy)
+    return Corridor(
+        dx / distance, dy / distance, distance, math.sqrt(half_length * half_length + half_width * half_width)
+    )
+
+
+@inlined
+def _is_beside(corridor: Corridor, off_x: float, off_y: float, reach: float) -> bool:
+    """Return True if an outline with its centre at an offset from the viewer cannot reach into the corridor."""
+    aside = abs(_cross(corridor.x, corridor.y, off_x, off_y))
+    along = corridor.x * off_x + corridor.y * off_y
+    beyond = corridor.distance + corridor.radius + reach
+    return aside > reach + corridor.radius or along < -reach or along > beyond
+
+
+@inlined
+def _is_left_out(shades: Shades, number: int) -> bool:
+    """Return True if an outline is that of the viewer or of the target, or hides nothing."""
+    is_one = number == shades.viewer or number == shades.looked_at
+    return is_one or shades.outlines[shades.start + number * SHADE + 5] == 0.0
+
+
+@inlined
+def _hiding_outline(shades: Shades, buildings: Floats, number: int) -> Box:
+    """Return one of all outlines: those of the shades, then the buildings."""
+    if number >= shades.number:
+        return building(buildings, number - shades.number)
+    outlines, at = shades.outlines, shades.start + number * SHADE
+    return Box(outlines[at], outlines[at + 1], outlines[at + 2], outlines[at + 3], outlines[at + 4])
+
+
+@inlined
+def may_be_hidden(view: View, target: Box, shades: Shades, buildings: Floats) -> bool:
+    """Return False if `look` is certainly not `HIDDEN`, as nothing that hides is in between: a cheap test."""
+    if not in_reach(view, target):
+        return False
+    corridor = _corridor(view, target.x, target.y, 0.5 * target.length, 0.5 * target.width)
+    for number in range(shades.number + len(buildings)):
+        if number >= shades.number or not _is_left_out(shades, number):
+            box = _hiding_outline(shades, buildings, number)
+            if not _is_beside(corridor, box.x - view.x, box.y - view.y, 0.5 * (box.length + box.width)):
+                return True
+    return False
+
+
 @kernel
 def _is_covered(view: View, target: Frame, piece: Cone, shades: Shades, buildings: Floats) -> bool:
     """Return True if outlines that hide the target cover a piece of its directions."""
-    outlines, count = shades.outlines, shades.number
+    count = shades.number
     number_of_all = count + len(buildings)
     if number_of_all == 0:
         return False
-    dx, dy = target.x - view.x, target.y - view.y
-    distance = math.sqrt(dx * dx + dy * dy)
-    way_x, way_y = dx / distance, dy / distance
-    radius = math.sqrt(target.half_length * target.half_length + target.half_width * target.half_width)
+    corridor = _corridor(view, target.x, target.y, target.half_length, target.half_width)
     x, y = piece.right_x, piece.right_y
     for _ in range(number_of_all + 1):
         walked = False
         for number in range(number_of_all):
-            if number >= count:
-                box = building(buildings, number - count)
-            else:
-                at = shades.start + number * SHADE
-                left_out = number == shades.viewer or number == shades.looked_at
-                if left_out or outlines[at + 5] == 0.0:
-                    continue
-                box = Box(outlines[at], outlines[at + 1], outlines[at + 2], outlines[at + 3], outlines[at + 4])
+            if number < count and _is_left_out(shades, number):
+                continue
+            box = _hiding_outline(shades, buildings, number)
             off_x, off_y = box.x - view.x, box.y - view.y
-            aside, along = abs(_cross(way_x, way_y, off_x, off_y)), way_x * off_x + way_y * off_y
-            reach = 0.5 * (box.length + box.width)
-            if aside > reach + radius or along < -reach or along > distance + radius + reach:
+            if _is_beside(corridor, off_x, off_y, 0.5 * (box.length + box.width)):
                 continue
             shade = frame(box)
             off_x, off_y = shade.cos * off_x + shade.sin * off_y, shade.cos * off_y - shade.sin * off_x

@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.assessment import Evaluate, take, to_arrays
-from engine.avoidability import blame
 from engine.config import Config
 from engine.errors import ArgumentError
 from engine.outcomes import MEASURED, Assessment, Outcomes, Result, Retention
 from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
 from engine.run_count import report_runs
-from engine.sampling import sample
+from engine.sampling import pruner_that_pays, sample
 from engine.scenes import Scenes
 from engine.search.chain import canonical
 from engine.search.evaluations import Evaluations
@@ -27,6 +26,7 @@ from engine.search.insight.kinds import Blaming
 from engine.search.objectives import Objective, Runs, known_objectives, objectives
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.tables import Bools, Floats, Ints
+from engine.verdicts import KnownVerdicts, blame
 from engine.vocabulary import Blame
 
 if TYPE_CHECKING:
@@ -42,10 +42,16 @@ MOST = 1e9
 """Largest magnitude of an objective; a mean over infinite values is not a number."""
 
 
-def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims: Sequence[Objective] = ()) -> Evaluate:
+def make_evaluator(
+    program: Program,
+    config: Config,
+    profile: RiskProfile,
+    aims: Sequence[Objective] = (),
+    verdicts: KnownVerdicts | None = None,
+) -> Evaluate:
     """Return an evaluator of this program with the host, threads and settings of the config.
 
-    It computes the objectives `aims`; without any, the risk.
+    It computes the objectives `aims`; without any, the risk. Verdicts on the way are added to `verdicts`.
     """
     jobs = config.search.jobs
     prune = _pruner(program, config)
@@ -54,7 +60,7 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
         scenes, outcomes, gaps = simulate(sample(program, genomes, keys, config.simulation, jobs, prune))
         risk = assess(outcomes, profile)
-        runs = Runs(program, config, scenes, outcomes, risk, gaps)
+        runs = Runs(program, config, scenes, outcomes, risk, gaps, verdicts)
         values = [np.where(aim.counts(runs), np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
         found = aims[0].finds(runs, values[0]) & aims[0].counts(runs) if aims else None
         sought = np.stack(values, axis=1) if values else np.zeros((len(outcomes), 0))
@@ -66,13 +72,13 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
 def _pruner(program: Program, config: Config) -> "Pruner | None":
     if not config.simulation.prune:
         return None
-    from engine.feasibility.pruning import pruner_that_pays
-
     return pruner_that_pays(program)
 
 
-def make_blaming(program: Program, config: Config) -> Blaming:
-    """Return a function that repeats runs of this program with the reference driver and returns the `Blame` of each."""
+def make_blaming(program: Program, config: Config, known: KnownVerdicts | None = None) -> Blaming:
+    """Return a function that repeats runs of this program with the reference drivers and returns the `Blame` of each;
+    `known`: verdicts that need no run.
+    """
     jobs = config.search.jobs
     prune = _pruner(program, config)
 
@@ -86,7 +92,9 @@ def make_blaming(program: Program, config: Config) -> Blaming:
                 from engine.driving.blocks import redriven
 
                 scenes = redriven(program, scenes, config, jobs)
-            said[rows] = blame(program, scenes, config.simulation, config.contact, jobs)
+            said[rows] = blame(
+                program, scenes, config.simulation, config.contact, jobs, config.search.references, known
+            )
         return said
 
     return blaming

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.assessment import COLUMNS, SCALARS, take
+from engine.assessment import COLUMNS, SCALARS, take, with_room
 from engine.errors import Signal
 from engine.outcomes import Assessment
 from engine.search.chain import (
@@ -358,14 +358,15 @@ def _evaluations(individuals: _Individuals, simulations: _Simulations, manifest:
     """Return the evaluations; the arrays of `simulations` move into them one by one, so that few are there twice."""
     integers = individuals.integers
     births, reused = integers[:, 2:4], integers[:, 4].astype(bool)
-    at = simulations.rows_of(births)
-    runs = simulations.arrays
-    if len(at) != simulations.births or reused.any():
-        for name in runs:
-            runs[name] = runs[name][at]
+    at, runs = simulations.rows_of(births), simulations.arrays
+    planned = manifest.settings["search"]["generations"] * manifest.settings["search"]["population"]
+    room = min(planned, 2 * len(at))  # rows to come, of a run that is not finished: see `Rows`
+    for name in runs:
+        array = np.empty((max(room, len(at)), *runs[name].shape[1:]), dtype=runs[name].dtype)
+        runs[name] = np.take(runs[name], at, axis=0, out=array[: len(at)], mode="clip")
     rollouts = Assessment(**runs)
     return Evaluations(
-        genomes=individuals.genomes,
+        genomes=with_room(individuals.genomes, max(room, len(at)))[: len(at)],
         places=integers[:, 0:2],
         births=births,
         operator=integers[:, 5],
@@ -373,7 +374,7 @@ def _evaluations(individuals: _Individuals, simulations: _Simulations, manifest:
         reused=reused,
         verdict=integers[:, 10],
         fitness=aggregate(goal_of(rollouts), counted(rollouts), manifest.settings["search"]["aggregate"]),
-        keys=_keys(births, rollouts.verdict.shape[1], manifest),
+        keys=_keys(births, rollouts.verdict.shape[1], max(room, len(at)), manifest),
         rollouts=rollouts,
     )
 
@@ -452,9 +453,9 @@ def _nothing_sought(collided: Array) -> dict[str, Any]:
     return {"sought": nothing, "broken": nothing, "found": collided.copy()}
 
 
-def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
-    """Return (n, k, 6) stream keys."""
-    keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
+def _keys(births: Ints, rollouts: int, room: int, manifest: Manifest) -> Ints:
+    """Return (n, k, 6) stream keys, with room for so many."""
+    keys = np.empty((room, rollouts, 6), dtype=np.int64)[: len(births)]
     keys[:] = (manifest.seed, manifest.method_number, manifest.run, 0, 0, 0)
     keys[:, :, 3:5] = births[:, np.newaxis]
     keys[:, :, 5] = np.arange(rollouts)

@@ -15,6 +15,7 @@ from engine.elementary import library
 from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
+from engine.references import NAMES
 from engine.risk import PROFILES
 from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
@@ -31,6 +32,8 @@ LIBM = "libm"
 PYTHON = ".".join(map(str, sys.version_info[:3]))
 ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
 """Settings of a search that every manifest has; those that are newer than it have their defaults."""
+FIRST_REFERENCES = ("careful",)
+"""Reference drivers of a run that is older than their choice."""
 MOST_IN_TABLES = 20_000
 """Planned simulations of a search up to which its text tables are written without a request."""
 LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
@@ -216,11 +219,16 @@ class Manifest:
 
     @property
     def config(self) -> Config:
-        """Return the settings of the run; a setting that is newer than the manifest has its default."""
+        """Return the settings of the run; a setting that is newer than the manifest has its default.
+
+        A run that is older than the choice of reference drivers was judged by the careful driver.
+        """
+        searching: dict[str, Any] = dict(self.settings["search"])
+        searching["references"] = tuple(searching.get("references", FIRST_REFERENCES))
         return Config(
             simulation=SimulationConfig(**self.settings["simulation"]),
             contact=ContactConfig(**self.settings["contact"]),
-            search=SearchConfig(**self.settings["search"]),
+            search=SearchConfig(**searching),
             ga=GAConfig(**self.settings["ga"]),
         )
 
@@ -355,6 +363,8 @@ def _check_words(manifest: Manifest, config: Config) -> None:
     ):
         if word not in words:
             raise ManifestError(f"`{place}` of its manifest must be one of {', '.join(words)}")
+    if not search.references or not set(search.references) <= set(NAMES):
+        raise ManifestError(f"`settings.search.references` of its manifest must name some of {', '.join(NAMES)}")
     if not manifest.objective or len(set(manifest.objective)) < len(manifest.objective):
         raise ManifestError("`objective` of its manifest must name objectives, each once")
     if (manifest.seed, manifest.run) != (search.seed, search.run):

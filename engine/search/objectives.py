@@ -13,25 +13,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine.assessment import map_arrays, take
-from engine.avoidability import Avoidability, Avoidance, avoidability
 from engine.batch import simulate_with_gaps, trajectory
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError, nearest
 from engine.frozen import frozen
 from engine.kernels.conflict import relative_speed
+from engine.kernels.references import MOST_MARGIN
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec, function_name
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import OBJECTIVES, Sense, Verdict
+from engine.verdicts import KnownVerdicts, answers_and_margins, shares, verdicts
+from engine.vocabulary import OBJECTIVES, Blame, Sense, Verdict
 
 if TYPE_CHECKING:
     from engine.metrics.encounters import Encounter
 
-MOST_MARGIN = 4.0
-"""Limit of the braking margin [s] that counts: the horizon of the reference driver."""
 RENAME = "give it a name of its own, as `def my_objective(outcomes):`"
 FARTHEST = 60.0
 """Longest conflict gap [s]."""
@@ -48,6 +47,8 @@ class Runs:
     risk: Risk
     known_gaps: Floats | None = None
     """(n, pairs) Gaps of `engine.batch.simulate_with_gaps` if the host recorded them, else None."""
+    verdicts: KnownVerdicts | None = None
+    """Verdicts to which an objective that asks the reference drivers adds."""
 
     @property
     def valid(self) -> Bools:
@@ -112,31 +113,30 @@ def _collisions(runs: Runs, _values: Floats) -> Bools:
 
 
 def avoidable(runs: Runs) -> Floats:
-    """Return (n,) the avoidability of each run.
+    """Return (n,) the avoidability of each run by the reference drivers of the config.
 
-    2 + min(margin, 4 s) / 4 s for a collision that the reference driver avoids, by the latest start of its braking; for
-    one that it does not avoid 1 / (1 + seconds by which it is late), 0 if the scene is lost; without a collision that
+    2 + min(margin, 4 s) / 4 s for a collision that all of them avoid, by the latest start of braking of the careful
+    driver; 1 + the share that avoids it where they disagree; 1 / (1 + seconds by which the careful driver is late)
+    where none does, 0 if it avoids contact at no moment, or if no driver covers the collision; without a collision that
     the ego caused 1 / (1 + |conflict gap| / 1 s), below 1.
     """
-    values, blamed = np.zeros(len(runs.outcomes)), np.zeros(len(runs.outcomes), dtype=bool)
+    values, caused = np.zeros(len(runs.outcomes)), np.zeros(len(runs.outcomes), dtype=bool)
     collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
-    simulation, jobs = runs.config.simulation, runs.config.search.jobs
-    scenes, contact = take(runs.scenes, collided), runs.config.contact
-    answers = avoidability(runs.program, scenes, simulation, contact=contact, jobs=jobs, most_margin=MOST_MARGIN)
-    for row, answer in zip(collided.tolist(), answers, strict=True):
-        if answer is not None and not answer.struck:
-            values[row], blamed[row] = _blamed(answer), True
-    others = runs.valid & ~blamed
+    config, scenes = runs.config, take(runs.scenes, collided)
+    answers, margins = answers_and_margins(
+        runs.program, scenes, config.simulation, config.contact, config.search.jobs, config.search.references
+    )
+    said = verdicts(answers)
+    if runs.verdicts is not None:
+        runs.verdicts.keep(scenes, said)
+    share = np.nan_to_num(shares(answers))
+    late = np.where(np.isfinite(margins), 1.0 / (1.0 + np.abs(margins)), 0.0)
+    spare = np.clip(np.nan_to_num(margins, neginf=0.0), 0.0, MOST_MARGIN) / MOST_MARGIN
+    values[collided] = np.select([said == Blame.AVOIDABLE, said == Blame.DISPUTED], [2.0 + spare, 1.0 + share], late)
+    caused[collided] = ~np.isin(said, (Blame.STRUCK, Blame.NONE))
+    others = runs.valid & ~caused
     values[others] = np.minimum(1.0 / (1.0 + _least_gaps(runs.only(others))), np.nextafter(1.0, 0.0))
     return values
-
-
-def _blamed(answer: Avoidability) -> float:
-    """Return the value of a collision that the ego caused."""
-    if answer.avoidable:
-        return 2.0 + min(max(answer.margin, 0.0), MOST_MARGIN) / MOST_MARGIN
-    lost = answer.avoidance is Avoidance.LOST or not math.isfinite(answer.margin)
-    return 0.0 if lost else 1.0 / (1.0 + abs(answer.margin))
 
 
 def conflict(runs: Runs) -> Floats:
@@ -207,7 +207,7 @@ BUILT_IN: tuple[Objective, ...] = (
     Objective("risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions),
     Objective(
         "avoidable",
-        "2 to 3 for a collision that a competent driver would have avoided; at most 1 for all other runs",
+        "2 to 3 for a collision that all reference drivers avoid, 1 to 2 where some do; at most 1 for all other runs",
         avoidable,
         lambda _, values: values >= 2.0,
         gaps=True,

@@ -1,9 +1,9 @@
 """The worst cases of a campaign, of many kinds.
 
-The order in a search for risk: by risk; among equal risks, those that a competent driver would have avoided first; then
-by continuous risk; then by age. The order in a search for any other objective: failures of a controller, collisions
-that a competent driver would have avoided, other collisions and finds, then all others; each by the objective, then by
-age. So a near miss never precedes a collision, for any values of the objective.
+The order in a search for risk: by risk; among equal risks, those that all reference drivers avoid first, then those
+that some avoid; then by continuous risk; then by age. The order in a search for any other objective: failures of a
+controller, collisions that all reference drivers avoid, that some avoid, other collisions and finds, then all others;
+each by the objective, then by age. So a near miss never precedes a collision, for any values of the objective.
 
 From the collisions and finds in that order (from all valid simulations, if there are fewer than requested) the worst is
 chosen, then one case of each partner, then one of each kind (`insight.kinds`), then second cases; within each group,
@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.search.evaluations import Evaluations, is_aimed
-from engine.search.insight.kinds import codes, numbered
+from engine.search.insight.kinds import blame_order, codes, numbered
 from engine.streams import StreamKey
 from engine.tables import Floats, Ints
-from engine.vocabulary import Blame, Verdict
+from engine.vocabulary import Verdict
 
 WORST = 10
 """Number of worst cases with a scenario in the folder of a run; they are of many kinds."""
@@ -53,15 +53,15 @@ class Case:
 
 
 def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
-    """Return the simulated rows that have a fitness, worst first; `blame` (n, k) marks the collisions that a competent
-    driver would have avoided.
+    """Return the simulated rows that have a fitness, worst first; `blame` (n, k) are the verdicts of the reference
+    drivers.
     """
     rows = np.flatnonzero(evaluations.scored & evaluations.simulated)
-    avoidable = np.zeros(len(rows), dtype=bool)
+    order = np.zeros(len(rows), dtype=np.int64)
     if blame is not None:
-        avoidable = blame[rows, evaluations.worst_rollout[rows]] == Blame.AVOIDABLE
+        order = blame_order(blame[rows, evaluations.worst_rollout[rows]])
     first, then = severity(evaluations)
-    return rows[np.lexsort((rows, then[rows], ~avoidable, first[rows]))]
+    return rows[np.lexsort((rows, then[rows], order, first[rows]))]
 
 
 def severity(evaluations: Evaluations) -> tuple[Ints, Floats]:
@@ -133,7 +133,7 @@ def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> I
     if count >= len(pool):
         return pool
     kind = codes(evaluations.rollouts, blame, (pool, evaluations.worst_rollout[pool]))
-    order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
+    order = np.argsort(blame_order(kind[:, -1]), kind="stable")
     partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))
     turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(count)])
     return pool[sorted(list(turns)[:count])]

@@ -190,7 +190,18 @@ def failures_content(
     """
     counts: dict[str, Any] = {**asdict(came), "avoidable_share": estimated_share(came.avoidable, came.valid)}
     if not came.judged:
-        counts |= dict.fromkeys(("avoidable", "struck", "kinds", "avoidable_kinds", "avoidable_share"))
+        counts |= dict.fromkeys(
+            (
+                "avoidable",
+                "disputed",
+                "unavoidable",
+                "no_model",
+                "struck",
+                "kinds",
+                "avoidable_kinds",
+                "avoidable_share",
+            )
+        )
     pace = {
         name: counts[name] / seconds if seconds > 0.0 and counts[name] is not None else None
         for name in ("avoidable", "collisions")

@@ -66,6 +66,8 @@ class Past:
     """Duration of these generations [s]."""
     number: int | None = None
     """Number of the method in the stream keys; None: the number of its name."""
+    whole: Evaluations | None = None
+    """The generations as one table, if it is there."""
 
 
 NO_PAST = Past()
@@ -101,7 +103,7 @@ def run_campaign(
     number = method_number(task.method) if past.number is None else past.number
     start = perf_counter() - past.spent
     done: list[Done] = []
-    rows = Rows[Evaluations]()
+    rows = Rows(past.whole)
     best: Case | None = None
     least = (math.inf, math.inf)
     simulations = 0
@@ -256,6 +258,7 @@ def search(
     from engine.risk import PROFILES
     from engine.search.evaluator import make_blaming, make_evaluator
     from engine.search.objectives import Objective, names_of, objectives
+    from engine.verdicts import KnownVerdicts
 
     if profile not in PROFILES:
         raise ArgumentError(f"profile: `{profile}` is none of {', '.join(PROFILES)}", "name one of these")
@@ -273,10 +276,12 @@ def search(
         if config.driver is not None:
             config = replace(config, driver=config.driver.without_history())
 
+        known = KnownVerdicts()
+
         def evaluator(aims: Sequence[Objective], names: Sequence[str]) -> Evaluate:
             if executor:
                 return spread(executor, workers, program, config, profile, names)
-            return make_evaluator(program, config, PROFILES[profile], aims)
+            return make_evaluator(program, config, PROFILES[profile], aims, known)
 
         names = names_of(objective)
         task = Task(
@@ -286,7 +291,7 @@ def search(
             method,
             entry.preset(config),
             names,
-            make_blaming(program, config),
+            make_blaming(program, config, known),
             None if names == DEFAULT_OBJECTIVES else evaluator((), DEFAULT_OBJECTIVES),
         )
         return run_campaign(task, searcher, on_generation, past)

@@ -10,7 +10,7 @@ import pytest
 
 from cortex_dsl import Scenario, compile_text, load
 from engine import avoidability as module
-from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, blame, refuse_missing
+from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.batch import simulate
 from engine.config import ContactConfig
 from engine.dependence import ignores_ego
@@ -20,10 +20,10 @@ from engine.kernels import avoidance as kernels
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import PATH_COLUMNS
 from engine.scenes import Scenes
-from engine.search import objectives
 from engine.search.objectives import MOST_MARGIN
 from engine.search.probability.monte_carlo import make_judge
-from engine.vocabulary import Blame, State
+from engine.verdicts import answers_and_margins, blame
+from engine.vocabulary import Answer, Blame, State
 
 STEP = 0.05
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
@@ -306,20 +306,19 @@ def test_a_drive_from_a_checkpoint_is_the_drive_from_the_start(name: str, monkey
 
 
 def test_a_margin_counts_up_to_its_limit() -> None:
-    """What `avoidable` makes of a collision is the same whether its margin is looked for to the end or up to the limit
-    that counts; nothing else of an answer differs.
-    """
+    """The margin behind `avoidable` is that of every moment tried, up to the limit that counts."""
     scenario = load(EXAMPLE.with_name("right_into_crossing.scn"))
     scenes, config = scenario.sample(1500, seed=1), scenario.config.simulation
-    limited = avoidability(scenario.program, scenes, config, most_margin=MOST_MARGIN)
-    found = [pair for pair in zip(avoidability(scenario.program, scenes, config), limited, strict=True) if pair[0]]
-    assert any(whole.margin > MOST_MARGIN + 1.0 for whole, _ in found if whole)
-    for whole, part in found:
+    answers, limited = answers_and_margins(scenario.program, scenes, config, references=("careful",))
+    complete = avoidability(scenario.program, scenes, config)
+    found = [row for row in zip(complete, answers[:, 0].tolist(), limited.tolist(), strict=True) if row[0]]
+    assert any(whole.margin > MOST_MARGIN + 1.0 for whole, _, _ in found if whole)
+    for whole, answer, margin in found:
         assert whole is not None
-        assert part is not None
-        assert objectives._blamed(whole) == objectives._blamed(part)
-        assert repr(replace(whole, margin=0.0)) == repr(replace(part, margin=0.0))
-        assert part.margin <= MOST_MARGIN + 2.0 * config.time_step
+        assert (answer == Answer.AVOIDS) == whole.avoidable
+        assert margin <= MOST_MARGIN + 2.0 * config.time_step or not math.isfinite(margin)
+        if not whole.struck and not math.isnan(whole.margin):
+            assert min(margin, MOST_MARGIN) == pytest.approx(min(whole.margin, MOST_MARGIN))
 
 
 def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
@@ -338,14 +337,22 @@ def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.
     own = np.zeros((len(run.states), len(State)))
     nothing = module.checkpoints(run, 0, touching=False)
     drives = kernels.DriveMemory(
-        run, outlines, path, own, independent=False, touching=True, patience=len(path), checkpoints=nothing
+        run,
+        outlines,
+        path,
+        own,
+        independent=False,
+        touching=True,
+        onsets=np.zeros((0, 2), dtype=np.int64),
+        conflicts=np.zeros(0),
+        checkpoints=nothing,
     )
     found = kernels.resimulate_with_reference(shared, drives, case, R157)
     until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
     again = kernels.Replayed(
         case, found.contact, until, outlines, path[: until + 1], own, recorded=False, checkpoints=nothing
     )
-    return found, lambda k: kernels._drive(shared, run, again, k, R157).touched
+    return found, lambda k: kernels.brake_from(shared, run, again, k, R157).touched
 
 
 def test_the_numbers_are_the_regulations() -> None:
@@ -536,10 +543,12 @@ def test_the_answers_are_those_of_the_run_with_its_contact_settings() -> None:
     assert [answer is not None for answer in answers] == bouncing.collided.tolist()
     times = [answer.contact for answer in answers if answer is not None]
     assert times == bouncing.end_time[bouncing.collided].tolist()
-    refuse_missing(bouncing.collided, answers)
+    there = np.array([answer is not None for answer in answers])
+    refuse_missing(bouncing.collided, there)
     with pytest.raises(ArgumentError, match="run again it does not"):
-        refuse_missing(np.ones(len(answers), dtype=bool), [None, *answers[1:]])
-    config = replace(scenario.config, contact=rubber)
+        refuse_missing(np.ones(len(answers), dtype=bool), np.concatenate([[False], there[1:]]))
+    alone = replace(scenario.config.search, references=("careful",))
+    config = replace(scenario.config, contact=rubber, search=alone)
     rows = np.flatnonzero(bouncing.collided)
     judge = make_judge(scenario.program, config)
     avoidable = [answer.avoidable for answer in answers if answer is not None]

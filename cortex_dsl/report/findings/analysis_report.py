@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.report.findings.judgement import judged_content
 from cortex_dsl.report.findings.readable import (
     ABSENT,
     column_decimals,
@@ -20,6 +21,7 @@ from cortex_dsl.report.findings.readable import (
 from engine.avoidability import Avoidability, Avoidance
 from engine.portable import log
 from engine.program import ParamSpace
+from engine.references import OUT_OF_RANGE, REFERENCES
 from engine.scenes import Bools
 from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import Analysis, Avoided
@@ -28,7 +30,7 @@ from engine.search.insight.diversity import Grid
 from engine.search.insight.sensitivity import Indices, Sensitivity
 from engine.search.manifest import Parameter
 from engine.tables import Floats, Ints
-from engine.vocabulary import GeneKind
+from engine.vocabulary import Answer, GeneKind
 
 # -- kinds of failures, grids, and which params matter -----------------------------------------------------------------
 
@@ -100,8 +102,8 @@ def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
 # -- would a competent driver have avoided it? -------------------------------------------------------------------------
 
 AVOIDANCES = {
-    Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
-    Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
+    Avoidance.AVOIDABLE: ("avoidable", "good", "the careful driver would have stopped or passed in time"),
+    Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the careful driver would have braked too late"),
     Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, but the ego itself braked as hard"),
     Avoidance.UNSEEN: ("unseen", "warn", "no conflict within the next 4 s was visible for long enough"),
     Avoidance.LOST: ("lost from the start", "warn", "the scene begins so late that even the hardest braking fails"),
@@ -112,11 +114,24 @@ AVOIDANCES = {
 """Name, style and meaning."""
 
 DRIVER = (
-    "UN R157: this driver needs 0.4 s to perceive and 0.75 s to react, and reaches 0.774 g of braking 0.6 s later, or "
-    "less if brakes or road allow less; it sees what bodies and weather do not hide, brakes along the ego's path, at "
-    "least as hard as the ego had begun to, and never steers. The regulation covers cut-ins on motorways; that the "
-    "driver reacts to a conflict up to 4 s ahead is cortexc's choice"
+    "UN R157: the careful driver needs 0.4 s to perceive and 0.75 s to react, and reaches 0.774 g of braking 0.6 s "
+    "later, or less if brakes or road allow less; it sees what bodies and weather do not hide, brakes along the ego's "
+    "path, at least as hard as the ego had begun to, and never steers. The regulation covers cut-ins on motorways; "
+    "that the driver reacts to a conflict up to 4 s ahead is cortexc's choice"
 )
+
+
+def driver_rows(avoided: Avoided) -> list[tuple[str, str, int, int, str]]:
+    """Return a row for each reference driver: name, meaning, collisions that it avoids, that it covers, and why others
+    are out of its range.
+    """
+    sentences = {each.name: each.sentence for each in REFERENCES}
+    rows = []
+    for name, counts in avoided.by_driver.items():
+        avoids, collides = counts.get(Answer.AVOIDS, 0), counts.get(Answer.COLLIDES, 0)
+        out = ", ".join(f"{counts[answer]:,} {reason}" for answer, reason in OUT_OF_RANGE.items() if counts.get(answer))
+        rows.append((name, sentences[name], avoids, avoids + collides, out))
+    return rows
 
 
 def lost_text(avoided: Avoided) -> str:
@@ -289,9 +304,14 @@ def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
         for grid in analysis.grids
     ]
     found = analysis.avoided
+    by_driver = {
+        name: {answer.name.lower(): count for answer, count in counts.items()}
+        for name, counts in found.by_driver.items()
+    }
     more: dict[str, Any] = {
         "cells": cells,
-        "avoided": {**vars(found), "lost": found.lost, "struck": found.struck},
+        "avoided": {**vars(found), "by_driver": by_driver, "lost": found.lost, "struck": found.struck},
         "avoided_shares": {kind.name.lower(): ratio(count, found.driven) for kind, count in found.by.items()},
     }
-    return {"params": space.names, "conditions": conditions, **vars(analysis), **more}
+    judged = [each and judged_content(each) for each in analysis.judged]
+    return {"params": space.names, "conditions": conditions, **vars(analysis), "judged": judged, **more}

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from cortex_dsl import ir
 from cortex_dsl.lowering.given_out import light_colours
 from cortex_dsl.report.blocks import Drawing, KeyMoment
+from cortex_dsl.report.findings.judgement import judged_content
 from cortex_dsl.report.findings.story import contact_moment
 from engine.avoidability import Avoidability
 from engine.config import Config
@@ -20,11 +21,12 @@ from engine.road import build_network
 from engine.road.outline import outline
 from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations
-from engine.search.insight.analysis import driven_again
+from engine.search.insight.analysis import driven_again, judged_again
 from engine.search.insight.diversity import SECTORS, sector
-from engine.search.insight.kinds import FoundKind, codes, kind_of
+from engine.search.insight.kinds import FoundKind, blame_order, codes, kind_of
 from engine.search.ranking import Case
 from engine.tables import Ints
+from engine.verdicts import Judged
 from engine.vocabulary import Blame, Side, State
 
 if TYPE_CHECKING:
@@ -70,7 +72,9 @@ class CaseFound:
     """Speeds of the ego and the other actor at that time [m/s]."""
     blame: Blame
     answer: Avoidability | None
-    """Avoidability of a collision; None for other cases, and without a simulation of the reference driver."""
+    """Avoidability of a collision by the careful driver; None for other cases, and without a drive of it."""
+    judged: Judged | None = None
+    """Answers of all reference drivers, and counterfactuals; None as above."""
     end: float = 0.0
     """End of the run [s], at which the driver failed if it did."""
     grip: float = math.nan
@@ -93,21 +97,27 @@ class KindShown:
 
 
 def cases_found(scenario: Searched, campaign: Campaign) -> tuple[CaseFound, ...]:
-    """Return the worst cases; the reference driver drives those that collided."""
+    """Return the worst cases; the reference drivers drive those that collided."""
     rows = [case.row for case in campaign.worst]
-    answers = driven_again(scenario.program, campaign.evaluations, rows, scenario.config)
-    return known_cases(scenario.program, campaign, answers)
+    run = scenario.program, campaign.evaluations, rows, replace(scenario.config, search=campaign.config)
+    return known_cases(scenario.program, campaign, driven_again(*run), judged_again(*run))
 
 
 def known_cases(
-    program: Program, campaign: Campaign, answers: Sequence[Avoidability | None] = ()
+    program: Program,
+    campaign: Campaign,
+    answers: Sequence[Avoidability | None] = (),
+    judged: Sequence[Judged | None] = (),
 ) -> tuple[CaseFound, ...]:
-    """Return the worst cases with the answers of the reference driver, if there are any."""
-    answers = answers or [None] * len(campaign.worst)
-    return tuple(_found(program, campaign, case, each) for case, each in zip(campaign.worst, answers, strict=True))
+    """Return the worst cases with the answers of the reference drivers, if there are any."""
+    none = [None] * len(campaign.worst)
+    rows = zip(campaign.worst, answers or none, judged or none, strict=True)
+    return tuple(_found(program, campaign, *row) for row in rows)
 
 
-def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidability | None) -> CaseFound:
+def _found(
+    program: Program, campaign: Campaign, case: Case, answer: Avoidability | None, judged: Judged | None
+) -> CaseFound:
     runs, place = campaign.evaluations.rollouts, (case.row, case.rollout)
     pair, side = int(runs.pair[place]), int(runs.side[place])
     met = side >= 0
@@ -119,6 +129,7 @@ def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidabilit
         (float(runs.ego_speed[place]), float(runs.other_speed[place])),
         Blame(int(campaign.blame[place])),
         answer,
+        judged,
         float(runs.end_time[place]),
         float(runs.combined_grip[place]),
     )
@@ -135,7 +146,7 @@ def kinds_shown(scenario: Searched, campaign: Campaign, count: int) -> tuple[Kin
 def kinds_of_cases(
     evaluations: Evaluations, blame: Ints, kinds: Sequence[FoundKind], cases: Sequence[Case]
 ) -> list[tuple[FoundKind, Case]]:
-    """Return each kind of collision among the cases with the first of its cases, avoidable kinds first."""
+    """Return each kind of collision among the cases with the first of its cases, avoidable and disputed kinds first."""
     unseen = {each.kind: each for each in kinds}
     shown = []
     hit = [case for case in cases if case.collided]
@@ -144,7 +155,7 @@ def kinds_of_cases(
         found = unseen.pop(kind_of(*code), None)
         if found is not None:
             shown.append((found, case))
-    return sorted(shown, key=lambda each: each[0].kind.blame != Blame.AVOIDABLE)
+    return sorted(shown, key=lambda each: int(blame_order(each[0].kind.blame)))
 
 
 def drawing_of_contact(scenario: Searched, case: Case, pair: int) -> Drawing | None:
@@ -188,6 +199,7 @@ def cases_content(found: Sequence[CaseFound]) -> list[dict[str, Any]]:
             "combined_grip": each.grip,
             "blame": each.blame.name.lower(),
             "avoidability": each.answer and {**vars(each.answer), "avoidance": each.answer.avoidance.name.lower()},
+            **judged_content(each.judged),
         }
         for each in found
     ]

@@ -15,7 +15,7 @@ from engine.vocabulary import Blame, EndReason, Verdict
 
 
 class Ending(IntEnum):
-    """How a driven scene ended. The first five are runs that count."""
+    """How a driven scene ended. Scenes that were aborted or whose driver failed are no runs that count."""
 
     NO_COLLISION = 0
     AVOIDABLE = 1
@@ -24,12 +24,16 @@ class Ending(IntEnum):
     BUILDING = 4
     ABORTED = 5
     CONTROLLER = 6
+    DISPUTED = 7
+    NO_MODEL = 8
 
 
 ENDINGS = {
     Ending.NO_COLLISION: ("no collision", "good", ""),
-    Ending.AVOIDABLE: ("collision", "bad", "avoidable: the reference driver of UN R157 stops or passes in time"),
-    Ending.UNAVOIDABLE: ("collision", "warn", "not avoidable by the reference driver"),
+    Ending.AVOIDABLE: ("collision", "bad", "avoidable: all reference drivers stop or pass in time"),
+    Ending.UNAVOIDABLE: ("collision", "warn", "not avoidable by any reference driver"),
+    Ending.DISPUTED: ("collision", "bad", "disputed: some reference drivers avoid it"),
+    Ending.NO_MODEL: ("collision", "quiet", "no reference driver covers it"),
     Ending.STRUCK: ("collision", "quiet", "the ego was struck from behind, or while it stood: not its failure"),
     Ending.BUILDING: ("building", "bad", "the ego ran into one"),
     Ending.ABORTED: ("aborted", "warn", "broke a requirement on the run, and does not count"),
@@ -38,8 +42,13 @@ ENDINGS = {
 """Word, style and meaning of each ending."""
 DRIVEN = (Verdict.VALID, Verdict.ABORTED, Verdict.CONTROLLER)
 """Verdicts of runs that began."""
-COLLISIONS = (Ending.AVOIDABLE, Ending.UNAVOIDABLE, Ending.STRUCK)
-OF_BLAME = {Blame.AVOIDABLE: Ending.AVOIDABLE, Blame.STRUCK: Ending.STRUCK}
+COLLISIONS = (Ending.AVOIDABLE, Ending.DISPUTED, Ending.UNAVOIDABLE, Ending.NO_MODEL, Ending.STRUCK)
+OF_BLAME = {
+    Blame.AVOIDABLE: Ending.AVOIDABLE,
+    Blame.DISPUTED: Ending.DISPUTED,
+    Blame.NO_MODEL: Ending.NO_MODEL,
+    Blame.STRUCK: Ending.STRUCK,
+}
 
 
 @dataclass(frozen=True)
@@ -50,7 +59,7 @@ class DrivenRuns:
     """(len(Ending),)"""
 
     def plus(self, outcomes: Outcomes, blame: Ints) -> "DrivenRuns":
-        """Return the counts with further runs; `blame` (n,) as by `engine.avoidability.blame`."""
+        """Return the counts with further runs; `blame` (n,) as by `engine.verdicts.blame`."""
         endings = np.where(outcomes.collided, int(Ending.UNAVOIDABLE), int(Ending.NO_COLLISION))
         for said, ending in OF_BLAME.items():
             endings[blame == said] = ending

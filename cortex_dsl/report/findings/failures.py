@@ -12,14 +12,19 @@ from engine.vocabulary import Blame
 
 BLAMES = {
     Blame.AVOIDABLE: ("avoidable", "bad"),
+    Blame.DISPUTED: ("disputed", "bad"),
     Blame.UNAVOIDABLE: ("not avoidable", "warn"),
+    Blame.NO_MODEL: ("no model applies", "quiet"),
     Blame.STRUCK: ("ego struck", "quiet"),
     Blame.NONE: ("not judged", "quiet"),
 }
 """Word and style."""
-MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: not the ego's failure"
-ORDER_OF_RISK = "worst first, avoidable ones before others of the same risk"
-ORDER_OF_OBJECTIVE = "avoidable collisions first, then other collisions, then near misses"
+MEANING = (
+    "avoidable: all reference drivers whose range covers it stop or pass in time; disputed: some of them do; ego "
+    "struck: not the ego's failure"
+)
+ORDER_OF_RISK = "worst first, avoidable and disputed ones before others of the same risk"
+ORDER_OF_OBJECTIVE = "avoidable and disputed collisions first, then other collisions, then near misses"
 APART = "each partner and kind is among them before any stands there twice"
 LOST = "the driver failed"
 """How a scene over which it did ended."""
@@ -71,9 +76,22 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
             yield f"avoidable: {share} of valid simulations{_pace(came.avoidable, seconds)}"
         else:
             yield f"avoidable: none among {came.valid:,} valid simulations"
+        yield f"other verdicts: {other_verdicts_text(came)}"
     share = percent(came.collisions / came.valid)
     every = f"{came.collisions:,}{_kinds_text(came)}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
+
+
+def verdicts_text(came: Failures) -> str:
+    """Return `3 avoidable, 12 disputed, 56 unavoidable; 4 in which the ego was struck`."""
+    struck = f"; {came.struck:,} in which the ego was struck" if came.struck else ""
+    return f"{came.avoidable:,} avoidable, {other_verdicts_text(came)}{struck}"
+
+
+def other_verdicts_text(came: Failures) -> str:
+    """Return `12 disputed, 56 unavoidable`, and how many collisions no reference driver covers."""
+    no_model = f", {came.no_model:,} that no model covers" if came.no_model else ""
+    return f"{came.disputed:,} disputed, {came.unavoidable:,} unavoidable{no_model}"
 
 
 def _pace(count: int, seconds: float) -> str:

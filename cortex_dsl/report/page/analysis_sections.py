@@ -16,19 +16,21 @@ from cortex_dsl.report.findings.analysis_report import (
     system_lines,
     varying,
 )
-from cortex_dsl.report.findings.failures import MEANING
+from cortex_dsl.report.findings.failures import BLAMES, MEANING, verdicts_text
+from cortex_dsl.report.findings.judgement import ANSWERS, covering, drivers_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent
 from cortex_dsl.report.page.markup import Element, Node, element, figure, folded, part, table
 from cortex_dsl.report.page.render import nodes
 from cortex_dsl.report.page.run_charts import bars, grid_chart, share_style, strip
-from cortex_dsl.report.views.analysis import kinds_blocks, places_blocks
+from cortex_dsl.report.views.analysis import drivers_table, kinds_blocks, places_blocks
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import Analysis
 from engine.search.insight.sensitivity import Indices, Sensitivity, Share
 from engine.tables import Floats
-from engine.vocabulary import GeneKind
+from engine.verdicts import Judged
+from engine.vocabulary import Blame, GeneKind
 
 AVOIDANCE_STYLES = {
     Avoidance.AVOIDABLE: "hit",
@@ -38,6 +40,8 @@ AVOIDANCE_STYLES = {
     Avoidance.NO_BRAKING_HELPS: "warn",
 }
 """Answers that count against the ego stand out."""
+VERDICT_STYLES = {"bad": "hit", "warn": "warn"}
+"""Classes of the styles of verdicts."""
 
 
 # -- kinds of failures -------------------------------------------------------------------------------------------------
@@ -105,7 +109,7 @@ def grids(analysis: Analysis) -> Node:
 
 
 def avoided(analysis: Analysis) -> Node:
-    """Return the section on the failures that the reference driver would have avoided."""
+    """Return the section on the failures that the reference drivers would have avoided."""
     found = analysis.avoided
     if not found.driven:
         return None
@@ -114,26 +118,55 @@ def avoided(analysis: Analysis) -> Node:
         for kind, count in found.by.items()
     ]
     note = (
-        f"{counted(found.driven, 'collision')}, each driven again by a reference driver. "
-        "An avoidable collision counts against the ego as configured; an unavoidable one may be due to the scene; one "
-        "in which the ego was struck from behind, or while it stood, is due to the other actor."
+        f"{verdicts_text(analysis.came)}. Avoidable: all reference drivers whose range covers it avoid it; disputed: "
+        "some do. An avoidable collision counts against the ego as configured; an unavoidable one may be due to the "
+        "scene; one in which the ego was struck from behind, or while it stood, is due to the other actor."
     )
+    reasons = element("p", f"The careful driver in {counted(found.driven, 'collision')}:", class_="note")
     method = f"The reference driver is that of {DRIVER}. Shares refer to what this search kept; they are not rates."
     more = [
         text for text in (lost_text(found), struck_text(found), *system_lines(found), fastest_text(analysis)) if text
     ]
     said = [element("p", f"{text[0].upper()}{text[1:]}.", class_="note") for text in more]
     title = "Would a competent driver have avoided it?"
-    return part("avoidable", title, note, bars(rows, found.driven), said, folded(HOW, method))
+    return part(
+        "avoidable",
+        title,
+        note,
+        nodes(drivers_table(found)),
+        reasons,
+        bars(rows, found.driven),
+        said,
+        folded(HOW, method),
+    )
 
 
-def avoidance_badge(answer: Avoidability | None) -> Node:
-    """Return the badge for the avoidability of one case."""
+def verdict_badges(answer: Avoidability | None, judged: Judged | None) -> Node:
+    """Return the badges for the verdict on one case, and for the careful driver's answer."""
     if answer is None:
         return None
+    return [_verdict_badge(judged), _careful_badge(answer)]
+
+
+def _verdict_badge(judged: Judged | None) -> Node:
+    """Return the badge for the verdict of several reference drivers; None where one says all."""
+    if (
+        judged is None
+        or (len(covering(judged)) == 1 and "careful" in covering(judged))
+        or judged.verdict == Blame.STRUCK
+    ):
+        return None
+    name, style = BLAMES[judged.verdict]
+    by = drivers_text(judged)
+    text = f"{name}: avoided by {by}" if by else name
+    answers = "; ".join(f"{driver}: {ANSWERS[answer][0]}" for driver, answer in judged.answers.items())
+    return element("span", text, class_=f"badge {VERDICT_STYLES.get(style, '')}".strip(), title=answers)
+
+
+def _careful_badge(answer: Avoidability) -> Node:
     name, _, meaning = AVOIDANCES[answer.avoidance]
     margin = margin_text(answer)
-    text = name if answer.struck else f"{name} for a competent driver{f' ({margin})' if margin else ''}"
+    text = name if answer.struck else f"{name} for the careful driver{f' ({margin})' if margin else ''}"
     return element(
         "span", text, class_=f"badge {AVOIDANCE_STYLES.get(answer.avoidance, '')}".strip(), title=f"{meaning}. {DRIVER}"
     )

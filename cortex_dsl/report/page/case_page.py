@@ -10,16 +10,18 @@ from shlex import quote
 
 from cortex_dsl.report.blocks import Block, Column, Gauge, Table, Title, Value
 from cortex_dsl.report.findings.case_replay import CaseReplay
+from cortex_dsl.report.findings.judgement import EXPLAINED
 from cortex_dsl.report.findings.objectives import broken_words, objective_results
 from cortex_dsl.report.findings.readable import first_line, fixed, percent
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
 from cortex_dsl.report.findings.verification_report import ANSWERS
 from cortex_dsl.report.page import scene_svg
-from cortex_dsl.report.page.analysis_sections import avoidance_badge
+from cortex_dsl.report.page.analysis_sections import verdict_badges
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
 from cortex_dsl.report.page.player import SCRIPTS, player, player_data
 from cortex_dsl.report.page.render import nodes
+from cortex_dsl.report.views.analysis import case_verdict_table
 from cortex_dsl.report.views.measures import IN_RISK, choices_views, params_table
 from engine.avoidability import Avoidability
 from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes
@@ -27,6 +29,7 @@ from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
 from engine.search.store import without_folders
 from engine.streams import StreamKey, format_key
+from engine.verdicts import Judged
 
 # -- the tables: the risk with its parts, measures, and further pairs --------------------------------------------------
 
@@ -108,7 +111,9 @@ class Place:
     case: Case
     folder: Path | None
     answer: Avoidability | None = None
-    """Answer of the reference driver."""
+    """Answer of the careful driver."""
+    judged: Judged | None = None
+    """Answers of all reference drivers, and counterfactuals."""
     opinion: str = ""
     """Result of `cortexc verify --model dynamic`."""
 
@@ -122,7 +127,7 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
             "header",
             element("h3", f"Case {case.rank}"),
             element("p", _verdict(replay, case), class_="lead"),
-            avoidance_badge(place.answer),
+            verdict_badges(place.answer, place.judged),
             opinion_badge(replay.outcomes, place.opinion),
             class_="case-head",
         ),
@@ -135,6 +140,7 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
                 element("h4", "Risk"),
                 nodes(risk_table(replay)),
                 pairs_table(replay),
+                _judgement(place.judged),
                 [nodes(each) for each in measures_table(replay)],
                 element("h4", "Params"),
                 nodes(params_table(program.space, replay.scenes.genomes[0], replay.held)),
@@ -147,6 +153,13 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
         id=f"case-{case.rank}",
         data_case=case.rank,
     )
+
+
+def _judgement(judged: Judged | None) -> Node:
+    """Return the answers of the reference drivers, and the counterfactuals; None if the ego was struck."""
+    if judged is None or judged.counterfactuals is None:
+        return None
+    return [element("h4", "What would have avoided it", title=EXPLAINED), nodes(case_verdict_table(judged))]
 
 
 OPINION_STYLES = {"bad": "hit", "warn": "warn"}

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from cortex_dsl.report.findings.case_replay import CaseReplay, StoredRun, case_c
 from cortex_dsl.report.findings.cases_found import kinds_of_cases
 from cortex_dsl.report.findings.failures import finds_of, order_text
 from cortex_dsl.report.findings.framing import CARD, Frame, alike
+from cortex_dsl.report.findings.judgement import judged_content
 from cortex_dsl.report.findings.readable import counted, first_line
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, scene_svg
@@ -18,7 +19,6 @@ from cortex_dsl.report.page.markup import Element, Node, element, figure, page, 
 from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.render import words_of
 from cortex_dsl.report.views.search import kind_lines
-from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
@@ -31,6 +31,7 @@ from engine.streams import format_key
 from engine.strict_json import plain
 from engine.vocabulary import State
 
+Answered = TypeVar("Answered")
 CASES = 10
 """Cases that a page replays."""
 LINKS = (
@@ -89,13 +90,17 @@ def render_page(found: RunPage) -> str:
 def content(found: RunPage) -> dict[str, Any]:
     """Every number of the page, for programs that read it."""
     record, program = found.record, found.run.scenario.program
-    answers = [_answer(found, case) for case in found.worst]
     return {
         **search_content(program, record),
         **failures_content(found.analysis.came, found.analysis.kinds, program.actors, record.seconds),
         "cases": [
-            {**case_content(replay, case), "avoidability": answer, "opinion": _opinion(found, case) or None}
-            for case, replay, answer in zip(found.worst, found.replays, answers, strict=True)
+            {
+                **case_content(replay, case),
+                "avoidability": _of_case(found, case, found.analysis.avoidability),
+                **judged_content(_of_case(found, case, found.analysis.judged)),
+                "opinion": _opinion(found, case) or None,
+            }
+            for case, replay in zip(found.worst, found.replays, strict=True)
         ],
         "analysis": analysis_content(program.space, found.analysis),
         "heat_maps": [heat_map_content(each) for each in heat_maps(record.manifest.parameters, record.evaluations)],
@@ -216,9 +221,7 @@ def _cases(found: RunPage) -> Node:
         for case in found.worst
     ]
     cards = [
-        case_page.card(
-            replay, case_page.Place(case, found.run.folder, _answer(found, case), _opinion(found, case)), number
-        )
+        case_page.card(replay, _place(found, case), number)
         for number, (case, replay) in enumerate(zip(found.worst, found.replays, strict=True))
     ]
     return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
@@ -251,10 +254,16 @@ def _case_words(found: RunPage, case: Case) -> str:
     return f"risk {case.score}{', collision' if case.collided else ''}"
 
 
-def _answer(found: RunPage, case: Case) -> Avoidability | None:
-    """Return the answer of the reference driver for a case; None if it did not drive the case."""
-    answers = zip(found.analysis.worst, found.analysis.avoidability, strict=True)
-    return next((answer for other, answer in answers if other.row == case.row), None)
+def _place(found: RunPage, case: Case) -> case_page.Place:
+    analysis = found.analysis
+    careful, judged = _of_case(found, case, analysis.avoidability), _of_case(found, case, analysis.judged)
+    return case_page.Place(case, found.run.folder, careful, judged, _opinion(found, case))
+
+
+def _of_case(found: RunPage, case: Case, answers: Sequence[Answered | None]) -> Answered | None:
+    """Return the answer to a case; None if no reference driver drove it."""
+    rows = zip(found.analysis.worst, answers, strict=True)
+    return next((answer for other, answer in rows if other.row == case.row), None)
 
 
 def _opinion(found: RunPage, case: Case) -> str:

@@ -15,6 +15,7 @@ from cortex_dsl.report.findings.failures import (
     driver_failed_text,
     driver_text,
     finds_of,
+    other_verdicts_text,
     others_text,
     rate_texts,
 )
@@ -118,13 +119,13 @@ def _found(record: Record, came: Failures) -> Iterator[Node]:
     yield figure("by_simulation.valid_runs", valid, counted(valid, "valid simulation"))
     yield f" ({percent(ratio(hit, valid))}). " if valid else ". "
     if came.judged and hit:
-        yield "A competent driver avoids "
+        yield "All reference drivers avoid "
         yield figure("failures.avoidable", came.avoidable, f"{came.avoidable:,}")
         yield " of these collisions"
         if came.avoidable:
             yield ", which are of "
             yield figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind"))
-        yield ". "
+        yield f"; {other_verdicts_text(came)}. "
     if failed := driver_text(came, record.manifest.objective) or driver_failed_text(came):
         yield f"{failed[0].upper()}{failed[1:]}. "
     yield from _partners(record)

@@ -145,6 +145,8 @@ class SearchProgress:
 
     def generation_done(self, figures: "Figures", simulations: int, best: float) -> None:
         """One more generation; `simulations` counts all so far, `best` is the highest risk so far."""
+        if len(self.figures) == self._before > 0:
+            self.estimate.started = time.monotonic()  # what came before was no run, but those of the journal again
         self.figures.append(figures)
         self.simulations = simulations
         self.best = best

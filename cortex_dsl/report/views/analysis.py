@@ -10,6 +10,7 @@ from cortex_dsl.report.findings.analysis_report import (
     JUDGED,
     closing_text,
     condition_text,
+    driver_rows,
     fastest_text,
     fresh_text,
     grid_text,
@@ -29,6 +30,15 @@ from cortex_dsl.report.findings.failures import (
     lead_text,
     others_text,
     rest_text,
+    verdicts_text,
+)
+from cortex_dsl.report.findings.judgement import (
+    ANSWERS,
+    EXPLAINED,
+    HEADS,
+    LABELS,
+    counterfactual_cells,
+    drivers_text,
 )
 from cortex_dsl.report.findings.probability_report import (
     SAMPLE_TIME,
@@ -51,11 +61,13 @@ from cortex_dsl.report.findings.search_report import partners_text
 from engine.avoidability import Avoidability
 from engine.program import ParamSpace, Program
 from engine.search.evaluations import Partners
-from engine.search.insight.analysis import Analysis
+from engine.search.insight.analysis import Analysis, Avoided
 from engine.search.insight.diversity import Grid as Cells
 from engine.search.insight.sensitivity import Sensitivity, Share
 from engine.search.probability.estimates import JOINT, PARAMS, Probability
 from engine.search.statistics import Interval
+from engine.verdicts import Judged
+from engine.vocabulary import Answer
 
 SHOWN = 12
 """Kinds that are shown."""
@@ -128,8 +140,10 @@ def _partners(program: Program, analysis: Analysis) -> list[Note]:
 
 
 def avoidance_blocks(analysis: Analysis) -> Iterator[Block]:
-    """Yield the answers of the reference driver: their shares, the worst cases, and the driver."""
+    """Yield the answers of the reference drivers: verdicts, drivers, the careful driver's reasons, the worst cases."""
     avoided = analysis.avoided
+    yield Note(verdicts_text(analysis.came))
+    yield drivers_table(avoided)
     kinds = {*avoided.by, *(answer.avoidance for answer in analysis.avoidability if answer is not None)}
     shares = [
         (
@@ -140,13 +154,56 @@ def avoidance_blocks(analysis: Analysis) -> Iterator[Block]:
         )
         for kind in sorted(kinds)
     ]
-    yield Note(f"of {counted(avoided.driven, 'collision')} that this search found; shares of these, not failure rates:")
+    found = counted(avoided.driven, "collision")
+    yield Note(f"the careful driver in {found} that this search found; shares of these, not failure rates:", apart=True)
     columns = Column(numbers=True), Column(numbers=True), Column(), Column(wrap=True)
     yield Table(columns, shares, header=False, name="answers")
     yield from (Caution(text) for text in (lost_text(avoided), struck_text(avoided), *system_lines(avoided)) if text)
-    worst = _worst(analysis)
-    yield from worst
+    yield from _worst(analysis)
+    yield from counterfactual_blocks([case.rank for case in analysis.worst], analysis.judged)
     yield Note(DRIVER, "quiet", apart=True)
+
+
+def drivers_table(avoided: Avoided) -> Table:
+    """Return a table of the reference drivers: collisions that each avoids, of those that it covers."""
+    rows = [
+        (name, Value(whole(avoids), "", avoids), Value(whole(covers), "", covers), Value(out, "quiet"))
+        for name, _, avoids, covers, out in driver_rows(avoided)
+    ]
+    columns = (
+        Column("driver"),
+        Column("avoids", numbers=True),
+        Column("of", numbers=True),
+        Column("out of range", wrap=True),
+    )
+    return Table(columns, rows, name="drivers")
+
+
+def counterfactual_blocks(ranks: Sequence[int], judged: Sequence[Judged | None]) -> Iterator[Block]:
+    """Yield a table of the counterfactuals of cases; nothing without a collision that the ego caused."""
+    rows = [
+        (Value(str(rank), "quiet"), drivers_text(each), *counterfactual_cells(each.counterfactuals))
+        for rank, each in zip(ranks, judged, strict=True)
+        if each is not None and each.counterfactuals is not None
+    ]
+    if rows:
+        heads = (Column(head, numbers=True) for head in HEADS[:-1])
+        yield Note("")
+        yield Table(
+            (Column("#", numbers=True), Column("avoided by"), *heads, Column(HEADS[-1])), rows, name="counterfactuals"
+        )
+        yield Note(EXPLAINED, "quiet")
+
+
+def case_verdict_table(judged: Judged) -> Table:
+    """Return the answers of the reference drivers to one case, and its counterfactuals."""
+    rows = [(name, Value(*ANSWERS[answer])) for name, answer in judged.answers.items() if answer is not Answer.STRUCK]
+    if judged.counterfactuals is not None:
+        rows += [
+            (Value(label, "quiet"), Value(text))
+            for label, text in zip(LABELS, counterfactual_cells(judged.counterfactuals), strict=True)
+        ]
+    return Table((Column(), Column(wrap=True)), rows, header=False, name="verdict")
 
 
 def _worst(analysis: Analysis) -> list[Block]:

@@ -92,32 +92,33 @@ def file_view(file: FileComparison, shown: int, *, whole: bool) -> Title:
 
 
 def _conditions(file: FileComparison) -> Table:
-    """Return the table of outcomes and tests."""
-    heads = "both keep", "only B\nbreaks", "only A\nbreaks", "both\nbreak"
-    columns = [Column("condition", wrap=True), *(Column(head, numbers=True) for head in heads)]
-    tested = not file.untested
-    if tested:
-        columns += [Column("B less A", numbers=True), Column("95 %", numbers=True), Column("p", numbers=True), Column()]
-    return Table(columns, [_condition(each, tested=tested) for each in file.conditions], name="conditions")
+    """Return the table of outcomes and tests; where it is too wide, each test is below its condition."""
+    heads = "both\nkeep", "only B\nbreaks", "only A\nbreaks", "both\nbreak"
+    counts = tuple(Column(head, numbers=True) for head in heads)
+    rows = [(each.name, *_counts(each)) for each in file.conditions]
+    if file.untested:
+        return Table((Column("condition", wrap=True), *counts), rows, name="conditions")
+    tests = [_test(each) for each in file.conditions]
+    columns = Column("B less A", numbers=True), Column("95 %", numbers=True), Column("p", numbers=True), Column()
+    below = [
+        ((name, "\n", difference, f" ({interval}), p ", p, " ", verdict), *cells)
+        for (name, *cells), (difference, interval, p, verdict) in zip(rows, tests, strict=True)
+    ]
+    narrow = Table((Column("condition", wrap=True), *counts), below)
+    wide = [(*row, *test) for row, test in zip(rows, tests, strict=True)]
+    return Table((Column("condition"), *counts, *columns), wide, name="conditions", narrow=narrow)
 
 
-def _condition(condition: Condition, *, tested: bool) -> Sequence[Words]:
-    counts = [Value(f"{count:,}", "" if count else "quiet", count) for count in condition.table.counts]
-    if not tested:
-        return condition.name, *counts
+def _counts(condition: Condition) -> Sequence[Value]:
+    return [Value(f"{count:,}", "" if count else "quiet", count) for count in condition.table.counts]
+
+
+def _test(condition: Condition) -> tuple[Value, str, Value, Value]:
+    """Return the difference, its interval, the p value and the verdict."""
     difference, (low, high) = condition.table.difference, condition.table.interval
-    style = {"worse": "bad", "better": "good", "": ""}[condition.verdict]
-    interval = f"{_points(low)} to {_points(high)}"
-    p = condition.p_holm
-    test = Value(_p_text(p), style, p)
-    return (
-        condition.name,
-        *counts,
-        Value(f"{_points(difference)} %", style, difference),
-        interval,
-        test,
-        Value(condition.verdict, style),
-    )
+    style, p = {"worse": "bad", "better": "good", "": ""}[condition.verdict], condition.p_holm
+    shown = Value(f"{_points(difference)} %", style, difference)
+    return shown, f"{_points(low)} to {_points(high)}", Value(_p_text(p), style, p), Value(condition.verdict, style)
 
 
 def _points(share: float) -> str:

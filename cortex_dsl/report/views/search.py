@@ -33,6 +33,7 @@ from cortex_dsl.report.findings.failures import (
     rate_texts,
     rest_text,
 )
+from cortex_dsl.report.findings.judgement import adapted_text, covering, drivers_text
 from cortex_dsl.report.findings.readable import (
     ABSENT,
     SpeedUnit,
@@ -57,7 +58,7 @@ from cortex_dsl.report.findings.story import end_text
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.views.requirements import help_note, requirements_view
 from cortex_dsl.report.views.run import LINES, title_of
-from engine.avoidability import Avoidability, Avoidance
+from engine.avoidability import STRUCK, Avoidability, Avoidance
 from engine.program import Program
 from engine.search.campaign import INTERRUPTED, Campaign
 from engine.search.evaluations import partners
@@ -88,9 +89,13 @@ AVOIDED = {
     Avoidance.STRUCK_STANDING: ("struck, standing", "quiet"),
 }
 """Answer of the reference driver in the table, and its style."""
+OF_AVOIDANCE = {Avoidance.AVOIDABLE: Blame.AVOIDABLE} | dict.fromkeys(STRUCK, Blame.STRUCK)
+"""Verdicts that say the same as the careful driver's answer; unavoidable as each other answer."""
 BLAMED = {
     Blame.AVOIDABLE: ("yes", "bad"),
+    Blame.DISPUTED: ("disputed", "bad"),
     Blame.UNAVOIDABLE: ("no", "warn"),
+    Blame.NO_MODEL: ("no model", "quiet"),
     Blame.STRUCK: ("ego was struck", "quiet"),
     Blame.NONE: (ABSENT, "quiet"),
 }
@@ -103,7 +108,8 @@ def search_screen(program: Program, report: SearchReport, settings: str) -> Titl
     above = [
         *headline(program, report),
         *_loneliness(program),
-        Note(effort(report.campaign, settings), "quiet"),
+        Note(effort(report.campaign), "quiet"),
+        *([Note(f"  {settings}", "quiet")] if settings else []),
         *rejections(program, report),
         *worst_cases_table(program, report.campaign, cases),
     ]
@@ -166,12 +172,11 @@ def _below(program: Program, campaign: Campaign) -> Iterator[str]:
     yield shortened("; ".join(f'"{name}" broken in {counted(count, "run")}' for name, count in broken), 150)
 
 
-def effort(campaign: Campaign, settings: str) -> str:
-    """Return the number of runs, the pace, and the settings of a search in one line."""
+def effort(campaign: Campaign) -> str:
+    """Return the number of runs and the pace of a search; no pace makes the line long enough to wrap."""
     runs = campaign.by_simulation.runs
     rate = runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
-    work = f"  {counted(runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
-    return f"{work}; {settings}" if settings else work
+    return f"  {counted(runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
 
 
 def _loneliness(program: Program) -> list[Block]:
@@ -230,6 +235,8 @@ def worst_cases_table(
     if not cases or (len(program.actors) == 1 and not aimed and not any(each.case.lost for each in cases)):
         return []
     unit = speed_unit(program)
+    known = [each.judged for each in cases if each.judged is not None]
+    several = any(len(covering(each)) > 1 for each in known)
     names = dict(zip(program.actors, short_names(program.actors, NAME), strict=True))
     _, of_goal, sign = _objective_of(program, campaign)
     columns = (
@@ -240,15 +247,18 @@ def worst_cases_table(
         Column(f"ego\n{unit.name}", numbers=True, rank=4),
         Column(f"other\n{unit.name}", numbers=True, rank=4),
         Column("avoidable"),
+        *((Column("by", rank=2),) if several else ()),
         Column("braking", rank=2),
         Column("risk", numbers=True, rank=5),
         *((Column(f"objective\n{of_goal}".rstrip(), numbers=True, rank=1),) if aimed else ()),
     )
-    rows = [_case(each, names, unit, sign if aimed else None) for each in cases]
+    rows = [_case(each, names, unit, sign if aimed else None, several=several) for each in cases]
     title = f"The {len(cases)} worst cases" if len(cases) > 1 else "The worst case"
     table = Table(columns, rows, name="cases")
     beyond = sum(each.is_beyond_model for each in cases)
     blocks: list[Block] = [table] if method else [table, Note(LEGEND, "quiet")]
+    if not method and (adapted := adapted_text(known)):
+        blocks.append(Note(adapted, "quiet"))
     if beyond:
         blocks.append(Note(f"beyond the grip of the vehicle model: {beyond} of {len(cases)}; {BEYOND}", "warn"))
     return [Title(f"{title} of {method}" if method else title, blocks, note or ORDERS[not aimed])]
@@ -256,7 +266,7 @@ def worst_cases_table(
 
 ORDERS = ("collisions first, then near misses", "by risk, avoidable ones first among equals")
 BEYOND = "`cortexc verify RUN --model dynamic` drives them with tyres"
-LEGEND = "speeds at contact, or closest; avoidable: whether the driver of UN R157 brakes in time"
+LEGEND = "speeds at contact, or closest; avoidable: by the reference drivers"
 
 
 def _objective_of(program: Program, campaign: Campaign) -> tuple[str, str, float]:
@@ -266,18 +276,22 @@ def _objective_of(program: Program, campaign: Campaign) -> tuple[str, str, float
     return (name, row.unit, row.sign) if row is not None else (name, "", 1.0)
 
 
-def _case(each: CaseFound, names: Mapping[str, str], unit: SpeedUnit, sign: float | None) -> tuple[Words, ...]:
+def _case(
+    each: CaseFound, names: Mapping[str, str], unit: SpeedUnit, sign: float | None, *, several: bool
+) -> tuple[Words, ...]:
     case = each.case
     partner = Value(names[each.partner] if each.partner else ABSENT, "" if each.partner else "quiet")
     speeds = [Value(unit.number(speed, 0), "", speed) for speed in each.speeds]
     goal = () if sign is None else (Value(significant(sign * case.continuous), "", case.continuous),)
     score: Words = ABSENT if case.lost else Value(str(case.score), "title", case.score)
     rank = Value(str(case.rank), "", case.rank)
-    return (rank, partner, each.side, each.heading, *speeds, *_verdict(each), score, *goal)
+    avoided, braking = _verdict(each)
+    drivers = (Value(drivers_text(each.judged) if each.judged else "", "quiet"),) if several else ()
+    return (rank, partner, each.side, each.heading, *speeds, avoided, *drivers, braking, score, *goal)
 
 
 def _verdict(each: CaseFound) -> tuple[Words, Words]:
-    """Return whether the reference driver avoids a case, and how much too late it brakes."""
+    """Return whether the reference drivers avoid a case, and how much too late the careful driver brakes."""
     if each.case.lost:
         return Value(f"driver failed at {fixed(each.end, 2)} s", "bad", each.end), ""
     if not each.case.collided:
@@ -285,7 +299,10 @@ def _verdict(each: CaseFound) -> tuple[Words, Words]:
         return Value(f"{fixed(distance, 2)} m apart", "quiet", distance), ""
     if each.answer is None:
         return Value(*BLAMED[each.blame]), ""
-    return Value(*AVOIDED[each.answer.avoidance]), _margin(each.answer)
+    said, same = AVOIDED[each.answer.avoidance], OF_AVOIDANCE.get(each.answer.avoidance, Blame.UNAVOIDABLE)
+    if each.judged is not None and each.judged.verdict != same:
+        said = BLAMED[each.judged.verdict]
+    return Value(*said), _margin(each.answer)
 
 
 def _margin(answer: Avoidability) -> Words:

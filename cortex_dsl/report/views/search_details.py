@@ -177,7 +177,9 @@ ALIKE = 0.1
 """Share of a param's range below which the spread of its values counts as equal."""
 AVOIDABLE = {
     Blame.AVOIDABLE: ("yes", "bad"),
+    Blame.DISPUTED: ("disputed", "bad"),
     Blame.UNAVOIDABLE: ("no", "warn"),
+    Blame.NO_MODEL: ("no model", "quiet"),
     Blame.STRUCK: ("struck", "quiet"),
     Blame.NONE: (ABSENT, "quiet"),
 }

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, relative_motion
+from engine.kernels.approach import TOUCH, circles_apart, probe, relative_motion
 from engine.kernels.bicycle import GRAVITY, clip, small_turn, travelled
 from engine.kernels.dynamics import WHEEL_RADIUS
 from engine.kernels.geometry import Box, building, frame, half_diagonal, nearest_points, shortest_turn
@@ -43,9 +43,18 @@ from engine.kernels.impacts.solver import (
 )
 from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.pair import Rate, swung
-from engine.kernels.run_state import HOSTED, POST_IMPACT, Memory, Plan, Run, Status, column_of, end_run, outline_of
+from engine.kernels.run_state import (
+    HOSTED,
+    POST_IMPACT,
+    Memory,
+    Plan,
+    Run,
+    Status,
+    column_of,
+    outline_of,
+)
 from engine.tables import SLIDING, Floats
-from engine.vocabulary import ActorKind, Column, EndReason, State
+from engine.vocabulary import ActorKind, Column, State
 
 
 class ImpactRecord(IntEnum):
@@ -594,69 +603,6 @@ MAX_LOOKS = 512
 """Maximum number of iterations of the search for a contact."""
 NEVER = 2.0
 UNKNOWN = -1.0
-
-
-# -- contact in a step -------------------------------------------------------------------------------------------------
-
-
-class FirstContact(NamedTuple):
-    """First contact in a step: its part of the step and two bodies, the second may be a building; -1 if none."""
-
-    part: float
-    one: int
-    other: int
-
-
-@inlined
-def search_contact(plan: Plan, run: Run, low: int, high: int) -> FirstContact:
-    """Return the first contact in this step of an actor from `low` to `high` (exclusive) with a later actor or a
-    building; of simultaneous contacts, the lower pair. A state that is NaN ends the run. The code is copied into its
-    caller: call it in one place.
-    """
-    sample = int(run.status[Status.SAMPLE])
-    first, first_one, first_other = NEVER, -1, -1
-    for one in range(low, high):
-        if run.states[sample + 1, one, State.PRESENT] == 0.0:
-            continue
-        if not _is_finite(run, sample + 1, one):
-            end_run(plan, run, EndReason.BROKEN, -1, 1.0)
-            return FirstContact(1.0, -1, -1)
-        before, after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
-        for other in range(one + 1, len(plan.kinds)):
-            if run.states[sample + 1, other, State.PRESENT] == 0.0:
-                continue
-            there, then = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
-            if circles_apart(before, after, there, then):
-                continue
-            part = first_contact(before, after, there, then)
-            if 0.0 <= part < first and (one == 0 or _moves(run, sample, one) or _moves(run, sample, other)):
-                first, first_one, first_other = part, one, other
-        for wall in range(len(plan.road.buildings)):
-            block = building(plan.road.buildings, wall)
-            if beside(block, before, after) or not (one == 0 or _moves(run, sample, one)):
-                continue
-            part = first_contact(block, block, before, after)
-            if 0.0 <= part < first:
-                first, first_one, first_other = part, one, len(plan.kinds) + wall
-    return FirstContact(first, first_one, first_other)
-
-
-@inlined
-def _moves(run: Run, sample: int, actor: int) -> bool:
-    """Return True if the pose of a body changes in the step; two actors at rest begin no contact."""
-    before, after = run.states[sample, actor], run.states[sample + 1, actor]
-    return (
-        before[State.X] != after[State.X]
-        or before[State.Y] != after[State.Y]
-        or before[State.HEADING] != after[State.HEADING]
-    )
-
-
-@inlined
-def _is_finite(run: Run, sample: int, actor: int) -> bool:
-    states = run.states
-    position = states[sample, actor, State.X] + states[sample, actor, State.Y]
-    return math.isfinite(position + states[sample, actor, State.HEADING] + states[sample, actor, State.SPEED])
 
 
 # -- a step in which others touch --------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, r
 from engine.config import Config
 from engine.driving.blocks import can_be_driven, redriven
 from engine.program import ParamSpace, Program, VariantLabel, choice_names, drawn_lanes
+from engine.references import references
 from engine.risk import PROFILES
 from engine.road import build_network
 from engine.sampling import sample
+from engine.scenes import Scenes
 from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partners
 from engine.search.evaluator import make_blaming, make_evaluator
 from engine.search.insight.clusters import Cluster, clusters
@@ -25,7 +27,8 @@ from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases
 from engine.search.statistics import spread_evenly
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Blame, GeneKind, Side
+from engine.verdicts import Judged, answers_and_margins, judge
+from engine.vocabulary import Answer, Blame, GeneKind, Side
 
 MOST_REPLAYS = 500
 """Collisions that the reference driver drives again with every start of braking; of more, as many spread evenly."""
@@ -47,14 +50,16 @@ class SystemShare:
 
 @dataclass(frozen=True)
 class Avoided:
-    """Counts of a search's collisions by the reason for which the reference driver avoids them or not."""
+    """Counts of a search's collisions by the answers of reference drivers."""
 
     driven: int
     """Collisions that were driven again with every start of braking: all, or as many spread evenly."""
     by: dict[Avoidance, int]
-    """Number of these collisions for each answer."""
+    """Number of these collisions for each answer of the careful driver."""
     by_system: tuple["SystemShare", ...] = ()
     """Avoidable collisions within the ranges of the system's own params, as far as the search chose these."""
+    by_driver: dict[str, dict[Answer, int]] = field(default_factory=dict)
+    """Number of these collisions for each answer of each reference driver."""
 
     @property
     def avoidable(self) -> int:
@@ -96,7 +101,9 @@ class Analysis:
     """Sensitivity indices of the scenario, from a design of their own; None if omitted or without genes."""
     worst: tuple[Case, ...]
     avoidability: tuple[Avoidability | None, ...]
-    """Avoidability of each worst case; None for a case without a collision."""
+    """Avoidability of each worst case by the careful driver; None for a case without a collision."""
+    judged: tuple[Judged | None, ...]
+    """Answers of all reference drivers for each worst case, and its counterfactuals; None without a collision."""
     avoided: Avoided
     system: tuple[str, ...]
     """Genes that the search chose and that belong to the system under test."""
@@ -146,6 +153,7 @@ def analyse(
         else None,
         worst=worst,
         avoidability=driven_again(program, evaluations, [case.row for case in worst], config),
+        judged=judged_again(program, evaluations, [case.row for case in worst], config),
         avoided=avoided(program, evaluations, blame, config),
         system=tuple(name for name in program.space.system if name in program.space.names),
         partners=partners(evaluations, len(program.actors)),
@@ -155,31 +163,69 @@ def analyse(
 def driven_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
 ) -> tuple[Avoidability | None, ...]:
-    """Return the reference driver's answer for the worst rollout of each row.
+    """Return the careful driver's answer for the worst rollout of each row.
 
     None for a run without a collision, and for a run whose recorded decisions are missing.
     """
+    hit, scenes = _collided_again(program, evaluations, rows, config)
+    answers = avoidability(program, scenes, config.simulation, contact=config.contact)
+    if config.driver is None:
+        refuse_missing(np.ones(len(hit), dtype=bool), np.array([answer is not None for answer in answers], dtype=bool))
+    known = dict(zip(hit.tolist(), answers, strict=True))
+    return tuple(known.get(row) for row in rows)
+
+
+def judged_again(
+    program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
+) -> tuple[Judged | None, ...]:
+    """Return the answers of the reference drivers of the config to the worst rollout of each row; None as in
+    `driven_again`.
+    """
+    hit, scenes = _collided_again(program, evaluations, rows, config)
+    search = config.search
+    found = judge(program, scenes, config.simulation, config.contact, search.jobs, search.references)
+    known = dict(zip(hit.tolist(), found, strict=True))
+    return tuple(known.get(row) for row in rows)
+
+
+def _collided_again(
+    program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
+) -> tuple[Ints, Scenes]:
+    """Return the rows whose worst rollout collided and can be driven again, and their scenes."""
     chosen, driver = np.array(rows, dtype=np.int64), config.driver
     hit = chosen[evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]]
     keys = evaluations.keys[hit, evaluations.worst_rollout[hit]]
     there = can_be_driven(driver, keys, evaluations.genomes[hit])
     hit, keys = hit[there], keys[there]
-    scenes = redriven(program, sample(program, evaluations.genomes[hit], keys, config.simulation), config)
-    answers = avoidability(program, scenes, config.simulation, contact=config.contact)
-    if driver is None:
-        refuse_missing(np.ones(len(hit), dtype=bool), answers)
-    known = dict(zip(hit.tolist(), answers, strict=True))
-    return tuple(known.get(row) for row in rows)
+    return hit, redriven(program, sample(program, evaluations.genomes[hit], keys, config.simulation), config)
 
 
 def avoided(program: Program, evaluations: Evaluations, blame: Ints, config: Config) -> Avoided:
-    """Return the reference driver's answers for a search's collisions, as counts."""
-    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
-    answers = driven_again(program, evaluations, rows[spread_evenly(len(rows), MOST_REPLAYS)].tolist(), config)
+    """Return the reference drivers' answers for a search's collisions, as counts."""
+    found = np.flatnonzero(evaluations.simulated & evaluations.collided)
+    rows = found[spread_evenly(len(found), MOST_REPLAYS)].tolist()
+    answers = driven_again(program, evaluations, rows, config)
     known = [answer for answer in answers if answer is not None]
     by = Counter(answer.avoidance for answer in known)
     avoidable = (blame == Blame.AVOIDABLE).any(axis=1)
-    return Avoided(len(known), dict(sorted(by.items())), _system_shares(program.space, evaluations.genomes[avoidable]))
+    shares = _system_shares(program.space, evaluations.genomes[avoidable])
+    return Avoided(len(known), dict(sorted(by.items())), shares, _by_driver(program, evaluations, rows, config))
+
+
+def _by_driver(
+    program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
+) -> dict[str, dict[Answer, int]]:
+    """Return the number of collisions for each answer of each reference driver."""
+    _, scenes = _collided_again(program, evaluations, rows, config)
+    search = config.search
+    answers, _ = answers_and_margins(
+        program, scenes, config.simulation, config.contact, search.jobs, search.references, measured=False
+    )
+    found: dict[str, dict[Answer, int]] = {}
+    for each, column in zip(references(search.references), answers.T, strict=True):
+        counts = {answer: int((column == answer).sum()) for answer in Answer if answer is not Answer.NONE}
+        found[each.name] = {answer: count for answer, count in counts.items() if count}
+    return found
 
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:

@@ -2,8 +2,8 @@
 
 Two collisions are of one kind if these agree: the actor that the ego met; the side of the ego on which it was; its
 heading relative to the ego (a sector of 45 degrees); for each of both, whether it stood or its range of speed; and the
-verdict of the reference driver: avoided, not avoided, or no failure of the ego. There are a few hundred kinds at most,
-so their number is bounded, unlike the number of genomes.
+verdict of the reference drivers: avoidable, disputed, unavoidable, covered by no model, or no failure of the ego. There
+are a few hundred kinds at most, so their number is bounded, unlike the number of genomes.
 
 The speeds that separate kinds are those of zones with pedestrians, of towns, and of rural roads: *a choice of cortexc*.
 """
@@ -21,7 +21,7 @@ from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import KMH, SECTORS, sector
 from engine.search.probability.unseen import NO_KIND
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Blame, Side, Verdict
+from engine.vocabulary import BLAMEWORTHY, Blame, Side, Verdict
 
 SPEEDS = (30.0, 50.0, 70.0)
 """Speeds that separate the kinds of moving actors [km/h]."""
@@ -76,11 +76,17 @@ class Failures:
     collisions: int
     """Valid simulations in which the ego collided."""
     avoidable: int
-    """Collisions that the reference driver avoids."""
+    """Collisions that all reference drivers avoid, among those whose range covers them."""
+    disputed: int
+    """Collisions that some of them avoid."""
+    unavoidable: int
+    """Collisions that none of them avoids."""
+    no_model: int
+    """Collisions that no reference driver covers."""
     struck: int
     """Collisions in which the ego was struck from behind or while it stood: no failure of the ego."""
     unknown: int
-    """Collisions without a verdict of the reference driver, because it was not run."""
+    """Collisions without a verdict, because no reference driver was run."""
     without_ego: int
     """Simulations in which two actors other than the ego touched."""
     lost: int
@@ -91,7 +97,7 @@ class Failures:
 
     @property
     def judged(self) -> bool:
-        """Return True if the reference driver was run for a collision, or if there is no collision.
+        """Return True if a reference driver was run for a collision, or if there is no collision.
 
         Otherwise the counts by blame are unknown, not zero.
         """
@@ -137,7 +143,7 @@ def codes_of_draws(runs: Assessment, failed: Bools) -> Ints:
 
 
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
-    """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
+    """Return the kinds of a search's collisions: avoidable and disputed ones first, then the most frequent."""
     rows, rollouts = np.nonzero(collisions_of(evaluations))
     every = codes(evaluations.rollouts, blame, (rows, rollouts))
     _, first, counts = np.unique(numbered(every), return_index=True, return_counts=True)
@@ -145,7 +151,14 @@ def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
         FoundKind(kind_of(*code), int(count), int(rows[at]), int(rollouts[at]))
         for code, at, count in zip(every[first].tolist(), first.tolist(), counts.tolist(), strict=True)
     ]
-    return tuple(sorted(made, key=lambda each: (each.kind.blame != Blame.AVOIDABLE, -each.count, each.row)))
+    return tuple(sorted(made, key=lambda each: (int(blame_order(each.kind.blame)), -each.count, each.row)))
+
+
+def blame_order(blame: Ints | int) -> Ints:
+    """Return the place of verdicts in an order of failures: 0 avoidable, 1 disputed, 2 all others."""
+    order = np.full(len(Blame), len(BLAMEWORTHY))
+    order[list(BLAMEWORTHY)] = range(len(BLAMEWORTHY))
+    return order[blame]
 
 
 def numbered(codes: Ints) -> Ints:
@@ -171,6 +184,9 @@ def failures(evaluations: Evaluations, blame: Ints) -> Failures:
         valid=int((evaluations.rollouts.verdict[new] == 0).sum()),
         collisions=int(hit.sum()),
         avoidable=int((said == Blame.AVOIDABLE).sum()),
+        disputed=int((said == Blame.DISPUTED).sum()),
+        unavoidable=int((said == Blame.UNAVOIDABLE).sum()),
+        no_model=int((said == Blame.NO_MODEL).sum()),
         struck=int((said == Blame.STRUCK).sum()),
         unknown=int((said == Blame.NONE).sum()),
         lost=int((evaluations.rollouts.verdict[new] == Verdict.CONTROLLER).sum()),

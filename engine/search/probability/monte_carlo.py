@@ -50,7 +50,7 @@ from engine.search.probability.unseen import NOTHING_DRAWN, Unseen, labels, unse
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Method, Side, Verdict
+from engine.vocabulary import Blame, Method, Side, Verdict
 
 if TYPE_CHECKING:
     from engine.search.objectives import Objective, Runs
@@ -216,12 +216,13 @@ def _of_event(evaluate: Evaluate) -> Evaluate:
 
 
 def make_judge(program: Program, *configs: Config) -> Judge:
-    """Return the reference driver of `engine.avoidability` for scenes of this program; a scene is driven by the first
-    of the settings whose driver can drive it.
+    """Return a function that tells whether all reference drivers of the config avoid the collisions of scenes of this
+    program; a scene is driven by the first of the settings whose driver can drive it.
     """
-    from engine.avoidability import avoidability, refuse_missing
+    from engine.avoidability import refuse_missing
     from engine.driving.blocks import can_be_driven, redriven
     from engine.sampling import sample
+    from engine.verdicts import blame
 
     def judge(genomes: Floats, keys: Ints) -> Bools:
         avoidable, left = np.zeros(len(keys), dtype=bool), np.arange(len(keys))
@@ -233,10 +234,11 @@ def make_judge(program: Program, *configs: Config) -> Judge:
 
     def judged(config: Config, genomes: Floats, keys: Ints) -> Bools:
         scenes = redriven(program, sample(program, genomes, keys, config.simulation), config)
-        answers = avoidability(program, scenes, config.simulation, contact=config.contact)
+        references, jobs = config.search.references, config.search.jobs
+        said = blame(program, scenes, config.simulation, config.contact, jobs, references)
         if config.driver is None:
-            refuse_missing(np.ones(len(answers), dtype=bool), answers)
-        return np.array([answer is not None and answer.avoidable for answer in answers], dtype=bool)
+            refuse_missing(np.ones(len(said), dtype=bool), said != Blame.NONE)
+        return said == Blame.AVOIDABLE
 
     return judge
 

@@ -111,8 +111,9 @@ def test_what_speaks_against_the_ego_is_said_first() -> None:
     every = came(valid=9, collisions=3, kinds=2, avoidable=2, avoidable_kinds=1)
     assert lead_text(every) == "2 avoidable collisions of 1 kind (3 in all)"
     assert lead_text(replace(every, avoidable=3)) == "3 avoidable collisions of 1 kind"
-    first, second = rate_texts(came(valid=998, collisions=500, kinds=7), 2.0)
+    first, other, second = rate_texts(came(valid=998, collisions=500, kinds=7, disputed=2, unavoidable=9), 2.0)
     assert first == "avoidable: none among 998 valid simulations"
+    assert other == "other verdicts: 2 disputed, 9 unavoidable"
     assert second == "collisions: 500 of 7 kinds, 50.1 % of valid simulations, 250 a second"
     assert list(rate_texts(came(valid=998), 2.0)) == []
     unseen, seen = (Yield("ga", 998, avoidable, 500, 2.0).text for avoidable in (0, 10))

@@ -46,13 +46,16 @@ def test_the_headline_counts_simulations_first(three: Program, report: SearchRep
     blame = np.where(hit, int(Blame.UNAVOIDABLE), int(Blame.NONE))
     blame[np.flatnonzero(hit)[:2]] = int(Blame.AVOIDABLE)
     report = replace(report, campaign=replace(report.campaign, blame=blame))
-    first, avoidable, every, by = map(plain, lines_of(headline(three, report)))
+    first, avoidable, others, every, by = map(plain, lines_of(headline(three, report)))
     (last,) = paper_lines(report)
     found, everyone = report.campaign.by_simulation, report.campaign.by_individual
     assert first.startswith("genetic algorithm: 2 avoidable collisions of ")
     assert first.endswith(f" in {found.valid_runs} valid simulations")
     share = 100 * 2 / found.valid_runs
+    left = report.campaign.failures.unavoidable
+    assert left > 0
     assert avoidable == f"  avoidable: {share:.2f} % of valid simulations, 1.4 a second"
+    assert others == f"  other verdicts: 0 disputed, {left} unavoidable"
     assert f"{100 * found.colliding_runs / found.valid_runs:.1f} % of valid simulations" in every
     assert by == f"  with truck {found.colliding_runs}, walker 0"
     assert last == (

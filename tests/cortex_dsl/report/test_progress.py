@@ -2,6 +2,8 @@
 
 import io
 import re
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from cortex_dsl.report.terminal import progress
-from cortex_dsl.report.terminal.progress import LONG, WARM, Estimate, count_line, measured
+from cortex_dsl.report.terminal.progress import LONG, WARM, Estimate, SearchProgress, count_line, measured
 from cortex_dsl.report.terminal.theme import THEME
 from engine.run_count import report_runs
 
@@ -88,3 +90,13 @@ def test_reported_runs_are_counted_within_the_block_only(clock: _Clock) -> None:
             report_runs(100)
     assert stream.getvalue() == "about 10 ms a run, about 30 s in all\n"
     report_runs(10_000)
+
+
+def test_the_runs_of_a_journal_are_no_measure(clock: _Clock) -> None:
+    """A resumed search lets its method propose the past again; only the runs that follow tell what a run costs."""
+    stream, figures = io.StringIO(), cast("Any", SimpleNamespace(individuals=100))
+    shown = SearchProgress(Console(file=stream, theme=THEME), "ga", 100, figures=[figures] * 9, started=0.0)
+    shown.estimate.started = 0.0
+    for clock.now in (100.0, 101.0, 102.0):
+        shown.generation_done(figures, 1000, 0.0)
+    assert stream.getvalue() == "about 10 ms a run, about 1 min 30 s for the rest\n"

@@ -46,7 +46,7 @@ def calculate(network):
         registers[: len(values)] = values
         code = np.array([[op, 12, a, b, c, 0], [Op.END, 0, 0, 0, 0, 0]], dtype=np.int32)
         need(*geometry_kernels(code))
-        run_segment(code, 0, 2, registers, pool, road)
+        run_segment(code.ravel(), 0, 2, registers, pool, road)
         return registers[12:]
 
     return run
@@ -306,7 +306,7 @@ def test_wide_results_and_segments(calculate, network):
     road, registers = road_tables(network), np.array([2.0, 3.0, 0.0, 0.0])
     end = [Op.END, 0, 0, 0, 0, 0]
     rows = [[Op.MUL, 2, 0, 1, 0, 0], [Op.ADD, 3, 2, 2, 0, 0], end, [Op.MOVE, 3, 0, 0, 0, 0], end]
-    run_segment(np.array(rows, dtype=np.int32), 0, 5, registers, np.zeros(0), road)
+    run_segment(np.array(rows, dtype=np.int32).ravel(), 0, 5, registers, np.zeros(0), road)
     assert registers.tolist() == [2.0, 3.0, 6.0, 12.0]
 
 

@@ -9,7 +9,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.pair import NOISE_FLOOR, PairMetrics, center_velocity, measure_pair
+from engine.kernels.pair import (
+    CLOSING_SPEED_TOLERANCE,
+    NOISE_FLOOR,
+    PairMetrics,
+    center_velocity,
+    closing_speed,
+    measure_pair,
+)
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import Side, State
 
@@ -279,3 +286,16 @@ def test_a_blow_is_in_no_velocity() -> None:
     states[:3, 0, State.PRESENT], states[3:, 0, State.PRESENT] = 1.0, SLIDING
     found = [center_velocity(states, 6, k, STEP, 0, 1.4).x for k in range(6)]
     assert found == pytest.approx([20.0, 20.0, 20.0, 5.0, 5.0, 5.0])
+
+
+@given(steps=st.lists(st.sampled_from([0.0, 0.004, 0.008, 0.02, -0.002, -0.03]), min_size=60, max_size=60))
+def test_the_instant_of_ms_is_the_first_of_all(steps: list[float]) -> None:
+    """However closing speeds rise and fall, no earlier sample is within the tolerance of the largest."""
+    ego, other = line(0, 0, 0, 10.0), line(100, 0, math.pi, 10.0)
+    ego[:, State.SPEED] += np.cumsum(steps)
+    states = np.stack([ego, other], axis=1)
+    speeds = [closing_speed(states, len(states), k, STEP, 1, OUTLINES) for k in range(len(states))]
+    first = next(k for k, speed in enumerate(speeds) if speed >= max(speeds) - CLOSING_SPEED_TOLERANCE)
+    metrics = measure(ego, other)
+    assert metrics.max_closing_speed == max(speeds)
+    assert metrics.max_closing_time == first * STEP

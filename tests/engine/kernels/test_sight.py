@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine.kernels.geometry import Box, View
-from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, Shades, look
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, Shades, look, may_be_hidden
 from tests.engine.kernels.sight_reference import BORDER, Scene, agrees, by_rays, drawn, seen_area, table
 
 ALL_AROUND = View(0.0, 0.0, 0.0, math.tau, 50.0)
@@ -204,3 +204,16 @@ def test_scenes_have_every_verdict():
         scene: Scene = drawn(random, 5)
         counts[looked(scene.view, scene.target, *scene.shades)] += 1
     assert min(counts) > 20
+
+
+def test_the_cheap_test_never_denies_that_something_hides():
+    """What is hidden may be hidden, and for many that are seen the cheap test is enough."""
+    random, spared = np.random.default_rng(13), 0
+    for _ in range(600):
+        scene = drawn(random, int(random.integers(0, 6)))
+        shades = Shades(table(scene.shades), 0, len(scene.shades), -1, -1)
+        verdict = look(scene.view, scene.target, shades, np.zeros((0, 5)))
+        may_be = may_be_hidden(scene.view, scene.target, shades, np.zeros((0, 5)))
+        assert may_be or verdict != HIDDEN, scene
+        spared += verdict == SEEN and not may_be
+    assert spared > 30

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from engine.assessment import Rows, concatenate
+from engine.assessment import Rows, concatenate, map_arrays, with_room
 from engine.search import evaluations
 from engine.search.chain import Pace, _digest  # pyright: ignore[reportPrivateUsage]
 from engine.search.evaluations import first_alike
@@ -55,6 +55,23 @@ def test_rows_of_blocks_are_those_of_one_table(sizes: list[int]) -> None:
         assert (table.numbers.dtype, table.inner.wide.shape) == (whole.numbers.dtype, whole.inner.wide.shape)
         assert table.numbers.tolist() == whole.numbers.tolist()
         assert table.inner.wide.tolist() == whole.inner.wide.tolist()
+
+
+@given(st.integers(1, 20), st.integers(0, 30), st.lists(st.integers(0, 9), max_size=6))
+def test_rows_that_are_there_already_stay_where_they_are(there: int, room: int, sizes: list[int]) -> None:
+    """With room behind them no row is copied as long as it suffices; the table is that of all blocks either way."""
+    first = map_arrays(block(0, there), lambda each: each)
+    wide = np.asarray(with_room(first.inner.wide, there + room))
+    first = Block(with_room(first.numbers, there + room)[:there], Inner(wide[:there]))
+    rows, end = Rows(first), there
+    rows.put(first, 0)
+    for size in sizes:
+        rows.put(block(end, size), end)
+        end += size
+    whole, table = block(0, end), rows.table(end)
+    assert (table.numbers.tolist(), table.inner.wide.tolist()) == (whole.numbers.tolist(), whole.inner.wide.tolist())
+    assert (first.numbers.tolist(), len(first.numbers)) == (list(range(there)), there)
+    assert np.shares_memory(table.inner.wide, wide) == (end <= there + room)
 
 
 @pytest.mark.parametrize("mix", [evaluations.MIX, (0, 0)])
