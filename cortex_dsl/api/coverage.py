@@ -70,7 +70,7 @@ ALONE = 400
 """Maximum number of cells with a program of their own, whose proofs are stronger than those of a program for many."""
 MOST_SOUGHT = 100
 """Maximum number of cells for which a directed search is made."""
-SEARCH, POPULATION = "cmaes", 25
+SEARCH, POPULATION = "differential_evolution", 25
 """Method of such a search, and its individuals of a generation."""
 EVENT = "no value in the cell"
 """Name of the `expect` that such a search breaks."""
@@ -322,12 +322,9 @@ class _Coverage:
         compiled = compile_source(source, self.scenario.overrides, scenario=self.scenario.chosen, files=DISK)
         config = replace(self.scenario.config, search=replace(self.scenario.config.search, seed=self.plan.seed))
         searched = replace(self.scenario, compiled=compiled, config=config)
+        generations = self.plan.rare // POPULATION
         campaign = searched.search(
-            SEARCH,
-            objective=EVENT,
-            generations=self.plan.rare // POPULATION,
-            population=POPULATION,
-            jobs=self.plan.jobs,
+            SEARCH, objective=EVENT, generations=generations, population=POPULATION, jobs=self.plan.jobs
         )
         best = next(iter(campaign.worst), None)
         if best is None or not best.continuous > 0.0:
@@ -335,7 +332,7 @@ class _Coverage:
         found = estimate(compiled.program, config, "subset", self.plan.rare, self.plan.seed, of=EVENT)
         reason = "" if found.withheld is Withheld.NOTHING else withheld_text(found)
         known = None if reason else (found.value, found.interval.low, found.interval.high)
-        case = self.scenario.concrete(self.scenario.scene_of(best.genome, best.key))
+        case = self.scenario.concrete(self.scenario.scene(best))
         params = tuple(zip(self.program.space.names, best.genome, self.program.space.units, strict=True))
         return replace(
             cell, state=State.RARE, sought=self.plan.rare, probability=known, remark=reason, case=case, params=params
