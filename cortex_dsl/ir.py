@@ -5,6 +5,8 @@ expressions over genes, nuisance draws and, in behaviours, the running simulatio
 expressions of one variant are the same object, so passes may key on identity.
 """
 
+import math
+
 from cortex_dsl.source import Source, Span
 from engine.control import Control
 from engine.frozen import frozen, frozen_identity
@@ -406,6 +408,49 @@ class Record:
 
 
 @frozen
+class Cell:
+    """A part of a domain's values, SI."""
+
+    low: float
+    high: float
+    closed: bool
+    """True if the upper end belongs to the cell."""
+    text: str
+    item: str = ""
+    """Source text of an item that is no number."""
+
+
+@frozen
+class Domain:
+    """`domain`: cells of a value at one instant. It is no part of a compiled program."""
+
+    name: str
+    when: str
+    """`start`, `contact` or `end`."""
+    line: int
+    text: str
+    """The value as the file writes it."""
+    unit: str
+    """Unit in which values are shown."""
+    scale: float
+    """SI value = shown value * scale."""
+    si: str
+    """SI unit word of the value; "" for a pure number."""
+    cells: tuple[Cell, ...]
+    least: float = math.nan
+    """Least possible value by interval arithmetic, SI; NaN unless the instant is the start."""
+    greatest: float = math.nan
+
+
+@frozen
+class DomainUse:
+    """Effect of `domain` lines on a compilation for coverage."""
+
+    cells: frozenset[tuple[int, int]] | None = None
+    """(domain, cell) each required of the scene; None: the values become objectives instead."""
+
+
+@frozen
 class Choice:
     """One finite choice as made in a variant."""
 
@@ -489,3 +534,5 @@ class Scenario:
     objectives: tuple[Objective, ...] = ()
     readings: tuple[Reading, ...] = ()
     controls: tuple[Control, ...] = ()
+    domains: tuple[Domain, ...] = ()
+    """Not lowered."""

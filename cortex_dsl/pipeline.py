@@ -43,11 +43,12 @@ def compile_source(
     scenario: str | None = None,
     files: Files = DISK,
     observe: "Observer | None" = None,
+    domains: ir.DomainUse | None = None,
 ) -> Compiled:
     """Compile a text. `overrides` fixes params to constants, as `-p NAME=VALUE` does.
 
     `scenario` is the name to run if the file has several, `files` the source of imports; `observe` is called with every
-    value during elaboration.
+    value during elaboration; `domains` is the effect of `domain` lines, by default none.
 
     Raises:
         CompileError: with every error found.
@@ -61,6 +62,7 @@ def compile_source(
         imports=linked.files,
         scenario=scenario,
         observe=observe,
+        domains=domains,
         find_map=lambda path: files.find(source.name, [path]) or map_among_others(path),
     )
     return Compiled(linked.source, module, checked, lower(checked), diagnostics, linked.files)

@@ -226,6 +226,10 @@ class Reducer(IntEnum):
     """Its integral over time."""
     RESULT = 5
     """A result by name: a row of `engine.judged`."""
+    INITIAL = 6
+    """Value at the first sample."""
+    CONTACT = 7
+    """Value at the instant of the ego's first contact; infinite without one."""
 
 
 class Purpose(IntEnum):

@@ -76,16 +76,17 @@ def bound_of(text: str) -> Bound:
     return Bound(name, comparison, number * scale, f"{name} {comparison} {value}", shown, scale)
 
 
-def probability_of(text: str | float, flag: str = "--max-probability") -> float:
+def probability_of(text: str | float, flag: str = "--max-probability", noun: str = "probability") -> float:
     """Return a limit of a probability, above 0 and at most 1: `1e-3` or `0.1%`.
 
     Raises:
         ArgumentError: it is not.
     """
+    example = "1e-3 or 0.1%" if noun == "probability" else "0.95 or 95%"
     number, unit = _number_and_unit(str(text))
     value = number * (0.01 if unit == "%" else 1.0)
     if unit not in ("", "%") or not 0.0 < value <= 1.0:
-        raise ArgumentError(f"{flag} is `{text}`", "give a probability above 0 and at most 1, such as 1e-3 or 0.1%")
+        raise ArgumentError(f"{flag} is `{text}`", f"give a {noun} above 0 and at most 1, such as {example}")
     return value
 
 

@@ -137,6 +137,13 @@ def _test() -> Command:
     return TEST
 
 
+@_subcommand("coverage", "cells of the domains: covered, impossible, untried …", "FILE", first_page=False)
+def _coverage() -> Command:
+    from cortex_dsl.cli.coverage import COVERAGE
+
+    return COVERAGE
+
+
 @_subcommand("compare", "two drivers on the same scenes: is B worse than A?", "A B")
 def _compare() -> Command:
     from cortex_dsl.cli.compare import COMPARE

@@ -55,6 +55,8 @@ def _begins(*roles: Role) -> str:
 STATEMENT = _begins(Role.STATEMENT, Role.ACT, Role.CLAUSE)
 SPECIFIER = _phrases(Role.SPECIFIER, guard=_OPERAND)
 OPERATOR = _phrases(Role.OPERATOR, guard=_OPERAND)
+INSTANT = rf"(?:{'|'.join(_phrase(k, '') for k in with_role(Role.LINK) if len(k.words) > 1)})(?={BLANK}+in\b)"
+"""Instants of a `domain`, which are names before anything but `in`."""
 LINK = rf"(?:{one_of(RESERVED - {*CONSTANT_WORDS})}\b|{_phrases(Role.LINK, guard=_NO_NAME)})"
 """Words inside a statement that join its parts; a reserved word is a keyword everywhere."""
 DEFINITION = rf"(behavior|monitor|scenario)({BLANK}+)(?!(?:and|as|for|if|in|is|not|or)\b)({NAME})"
@@ -152,6 +154,7 @@ class ScnLexer(RegexLexer):
             (rf"(\.)({BLANK}*)({NAME})", bygroups(Operator, Whitespace, Name.Attribute)),
             (CONSTANT, Keyword.Constant),
             (r"deg\b", Keyword.Type),
+            (INSTANT, Keyword),
             (OPERATOR, Operator.Word),
             (SPECIFIER, Keyword),
             (LINK, Keyword),

@@ -84,6 +84,7 @@ def _words() -> list[Rule]:
         _match(rf"(\.){BLANK}*({NAME})", "keyword.operator", "variable.other.property"),
         _match(rf"\b{lexer.CONSTANT}", name="constant.language"),
         _match(r"\bdeg\b", name="keyword.other.unit"),
+        _match(rf"\b{lexer.INSTANT}", name=keyword),
         _match(rf"\b{lexer.OPERATOR}", name="keyword.operator.word"),
         _match(rf"\b{lexer.SPECIFIER}", name=keyword),
         _match(rf"\b{lexer.LINK}", name=keyword),

@@ -145,6 +145,8 @@ def _keys(statement: nodes.Statement, source: Source) -> Iterator[Key]:
             yield type(statement).__name__, ""
         case nodes.Require(name=str(name)):
             yield "require", name
+        case nodes.Domain(name=name):
+            yield "domain", name
         case nodes.Expect(name=str(name)) | nodes.Optimize(name=str(name)):
             yield "objective", name
         case (

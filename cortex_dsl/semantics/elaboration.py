@@ -62,11 +62,42 @@ def elaborate(
     scenario: str | None = None,
     observe: Observer | None = None,
     find_map: MapFinder = no_maps,
+    domains: ir.DomainUse | None = None,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """Return the checked scenario, and the warnings and notes about it.
 
     `overrides` are the `-p NAME=VALUE` of the command, `imports` maps each import statement to its file, `scenario` is
-    the name to run, `observe` is called with every value, and `find_map` returns the path of a map's file.
+    the name to run, `observe` is called with every value, and `find_map` returns the path of a map's file. `domains` is
+    the effect of `domain` lines: without it, they are checked, and the scenario is that of the file without them.
+
+    Raises:
+        CompileError: with every error found.
+    """
+    files = {"": module, **{file.name: file.module for file in imports.values()}}
+    if domains is not None or not any(isinstance(s, nodes.Domain) for each in files.values() for s in each.statements):
+        return _elaborated(module, source, overrides, imports, scenario, observe, find_map, domains)
+    use = ir.DomainUse()
+    measured, found = _elaborated(module, source, overrides, imports, scenario, observe, find_map, use)
+    bare = {span: replace(file, module=_without_domains(file.module)) for span, file in imports.items()}
+    plain, _ = _elaborated(_without_domains(module), source, overrides, bare, scenario, None, find_map, None)
+    return replace(plain, domains=measured.domains), found
+
+
+def _without_domains(module: nodes.Module) -> nodes.Module:
+    return replace(module, statements=tuple(s for s in module.statements if not isinstance(s, nodes.Domain)))
+
+
+def _elaborated(
+    module: nodes.Module,
+    source: Source,
+    overrides: Mapping[str, str],
+    imports: Mapping[Span, ImportedFile],
+    scenario: str | None,
+    observe: Observer | None,
+    find_map: MapFinder,
+    domains: ir.DomainUse | None,
+) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
+    """Elaborate with one effect of `domain` lines.
 
     Raises:
         CompileError: with every error found.
@@ -92,6 +123,7 @@ def elaborate(
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
         attributes_read=attributes_read(whole),
         attributes_set=attributes_set(whole),
+        domains=domains,
     )
     file, drafts = _drafted(module, facts, findings, observe)
     return with_advice(module, file, replace(_scenario(module, file, drafts), system=system))
@@ -219,6 +251,7 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         objectives=objectives,
         readings=tuple(file.run.readings),
         controls=tuple(file.run.controls.values()),
+        domains=tuple(file.run.domains.values()),
     )
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
+from cortex_dsl.semantics.acting.domains import domain
 from cortex_dsl.semantics.acting.objectives import expect, optimize
 from cortex_dsl.semantics.acting.rules import keep_record, require_domains, require_over_run
 from cortex_dsl.semantics.acting.statements import terminate_when
@@ -84,6 +85,7 @@ OVER_RUN: Mapping[type, Callable[[Evaluator, nodes.Statement], None]] = {
     nodes.Optimize: optimize,
     nodes.TerminateWhen: terminate_when,
     nodes.Record: keep_record,
+    nodes.Domain: domain,
 }  # type: ignore[dict-item]
 """Function for each statement about the running simulation; for `require`, only temporal ones."""
 

@@ -192,6 +192,17 @@ class StatementBuilder:
         when, value, label = parts
         return nodes.Record(self.expression(value), str(when or ""), self.label(label), span=span)
 
+    def domain(self, parts: Parts, span: Span) -> nodes.Statement:
+        name, value, when, _, cells, *ends = parts
+        return nodes.Domain(
+            self.expressions.text(token(name)),
+            self.expression(value),
+            str(when or "start"),
+            self.expression(cells),
+            *map(self.expression, ends),
+            span=span,
+        )
+
     def label(self, child: Child) -> str | None:
         if child is None:
             return None
@@ -545,9 +556,9 @@ _BUILDERS: dict[str, Builder] = {
     method.__name__: method
     for method in (
         _B.map, _B.simulation, _B.model, _B.param, _B.assign, _B.augmented_assign, _B.expression_statement,
-        _B.require, _B.require_probably, _B.require_monitor, _B.expect, _B.optimize, _B.record, _B.terminate_when,
-        _B.terminate_after, _B.terminate, _B.signals, _B.environment, _B.mutate, _B.override, _B.import_,
-        _B.import_from, _B.import_all,
+        _B.require, _B.require_probably, _B.require_monitor, _B.expect, _B.optimize, _B.record, _B.domain,
+        _B.terminate_when, _B.terminate_after, _B.terminate, _B.signals, _B.environment, _B.mutate, _B.override,
+        _B.import_, _B.import_from, _B.import_all,
         _B.do, _B.do_until, _B.do_for, _B.take, _B.try_, _B.if_, _B.while_, _B.for_,
         _B.wait_until, _B.wait_for, _B.assert_, _B.return_,
     )

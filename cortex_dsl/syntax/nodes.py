@@ -550,6 +550,21 @@ class Record(Statement):
 
 
 @frozen
+class Domain(Statement):
+    """`domain "name" value at start in cells`; when is `start`, `contact` or `end`.
+
+    With low and high, `cells` is the width of a step from low to high; else a list of values, or of pairs of ends.
+    """
+
+    name: str
+    value: Expression
+    when: str
+    cells: Expression
+    low: Expression | None = None
+    high: Expression | None = None
+
+
+@frozen
 class Mutate(Statement):
     """`mutate a, b by 2`: noise on the pose of these objects; of all, where none is named."""
 

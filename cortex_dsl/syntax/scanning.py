@@ -35,7 +35,7 @@ _NEXT_LINE = re.compile(r"(?:[ \t\f]*(?:#[^\n]*)?\r?\n)*(?P<indent>[ \t\f]*)(?=[
 _STATEMENT = re.compile(
     r"(?:(?:behavior|model|param|require|terminate|take|do|if|while|try|interrupt|abort|wait|map)\b[ \t]*[\w(\[:]"
     r"|(?:wait|abort|terminate|pass|break|continue|return)[ \t]*(?:#|\r?\n|\Z)"
-    r"|(?:class|import|monitor|scenario|record|mutate|override|expect|maximize|minimize)\b[ \t]+[\w\"']"
+    r"|(?:class|import|monitor|scenario|record|mutate|override|domain|expect|maximize|minimize)\b[ \t]+[\w\"']"
     r"|(?:setup|compose)[ \t]*:"
     r"|[^\W\d]\w*[ \t]+=[ \t])"
 )

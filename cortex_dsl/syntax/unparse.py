@@ -19,7 +19,7 @@ WIDE = 100
 
 _STATEMENT_WORD = re.compile(
     r"(?:abort|behavior|compose|environment|interrupt|invariant|map|model|monitor|mutate|override|param|precondition"
-    r"|expect|maximize|minimize|record|scenario|setup|signals|simulation|take|terminate|wait)\b"
+    r"|domain|expect|maximize|minimize|record|scenario|setup|signals|simulation|take|terminate|wait)\b"
 )
 _APART = (nodes.BehaviorDefinition, nodes.ClassDefinition, nodes.MonitorDefinition, nodes.ScenarioDefinition)
 """Definitions have an empty line before and after them."""
@@ -148,6 +148,15 @@ def _optimize(node: nodes.Optimize) -> list[str]:
 def _record(node: nodes.Record) -> list[str]:
     value = write_value(node.value) if node.when else write(node.value)
     return [f"record {f'{node.when} ' if node.when else ''}{value}{_label(node.name)}"]
+
+
+def _domain(node: nodes.Domain) -> list[str]:
+    if node.low is None or node.high is None:
+        cells = write(node.cells)
+    else:
+        step, low, high = (write(part, Level.SUM) for part in (node.cells, node.low, node.high))
+        cells = f"{step} steps from {low} to {high}"
+    return [f"domain {write_string(node.name)} {write(node.value, Level.RELATION)} at {node.when} in {cells}"]
 
 
 def _label(name: str | None) -> str:
@@ -308,6 +317,7 @@ _STATEMENTS: dict[type[nodes.Statement], Callable[[Any], list[str]]] = {
     nodes.Expect: _expect,
     nodes.Optimize: _optimize,
     nodes.Record: _record,
+    nodes.Domain: _domain,
     nodes.ClassDefinition: _class,
     nodes.MonitorDefinition: _monitor,
     nodes.ScenarioDefinition: _scenario,

@@ -99,6 +99,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("record", "record VALUE as NAME", "Keeps a value at every sample of the run."),
         ("record initial", "record initial VALUE as NAME", "Keeps a value at the start of the run."),
         ("record final", "record final VALUE as NAME", "Keeps a value at the end of the run."),
+        ("domain", "domain NAME VALUE at start in CELLS", "Cells of a value for coverage; changes no run."),
         ("mutate", "mutate OBJECTS by AMOUNT", "Noise on places and headings of objects; of all, if none is named."),
         ("override", "override OBJECT with PROPERTY VALUE", "Changes an object while this scenario runs."),
     ),
@@ -207,7 +208,10 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("along", "before intersection by DISTANCE along TRAJECTORY", "The way that is meant."),
         ("for", "do BEHAVIOR for 5 s", "How long a behavior runs, how far to follow, or each item of a list."),
         ("seconds", "do BEHAVIOR for 5 seconds", "A bare number as a time."),
-        ("steps", "do BEHAVIOR for 100 steps", "A bare number as steps of the simulation."),
+        ("steps", "do BEHAVIOR for 100 steps", "A bare number as steps of the simulation, or cells of a domain."),
+        ("at start", "domain NAME VALUE at start in CELLS", "The value that the scene has."),
+        ("at contact", "domain NAME VALUE at contact in CELLS", "The value at the ego's first contact."),
+        ("at end", "domain NAME VALUE at end in CELLS", "The value at the last sample."),
     ),
 )  # fmt: skip
 

@@ -5,7 +5,7 @@ the program's digest and of this code, so both name the entry.
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from hashlib import sha256
@@ -143,14 +143,30 @@ def _empty(sliced: Sequence[Sliced], boxes: Callable[[Sliced], Boxes], allowed: 
 
 
 def _proof(program: Program, sliced: Sequence[Sliced], boxes: Callable[[Sliced], Boxes]) -> tuple[int, ...]:
-    """Return requirements that exclude every box, all of them needed; () if there is no such proof.
+    """Return requirements that exclude every box, all of them needed; () if there is no such proof."""
+    file = program.code.requirement_segment.shape[1]
+    hard = [r for r in range(file) if program.code.requirement_probability[r] >= 1.0]
+    return _minimal(sliced, boxes, [r for r in (*hard, program.first_built_in, program.first_built_in + 1) if r < MOST])
+
+
+def conflict_of(
+    program: Program, sliced: Sequence[Sliced], added: Sequence[int], left_out: Collection[int]
+) -> tuple[int, ...]:
+    """Return requirements, all of them needed, that exclude every scene in which the requirements `added` hold; () if
+    there is no such proof. Requirements in `left_out` are not used; the proof holds as few of the others as it can.
+    """
+    hard = [r for r in range(program.first_built_in) if program.code.requirement_probability[r] >= 1.0]
+    others = [r for r in (*hard, program.first_built_in, program.first_built_in + 1) if r not in left_out]
+    return _minimal(sliced, _whole, [*added, *(r for r in others if r < MOST and r not in added)])
+
+
+def _minimal(sliced: Sequence[Sliced], boxes: Callable[[Sliced], Boxes], tried: Sequence[int]) -> tuple[int, ...]:
+    """Return requirements out of `tried` that exclude every box, all of them needed; () if there is no such proof. The
+    last ones are left out first.
 
     Source: the deletion filter of Chinneck and Dravnieks (1991), "Locating minimal infeasible constraint sets in linear
     programs", ORSA Journal on Computing 3(2).
     """
-    file = program.code.requirement_segment.shape[1]
-    hard = [r for r in range(file) if program.code.requirement_probability[r] >= 1.0]
-    tried = [r for r in (*hard, program.first_built_in, program.first_built_in + 1) if r < MOST]
     allowed = sum(bit(requirement) for requirement in tried)
     if not _empty(sliced, boxes, allowed):
         return ()

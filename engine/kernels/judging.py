@@ -112,6 +112,10 @@ def reduced(kind: int, watched: Floats, rule: int, last: int, seen: int, step: f
     """
     if kind == Reducer.FINAL:
         return watched[last, rule]
+    if kind == Reducer.INITIAL:
+        return watched[0, rule]
+    if kind == Reducer.CONTACT:
+        return watched[seen, rule] if seen > last else math.inf
     before = least = largest = watched[0, rule]
     total = 0.0
     for sample in range(1, seen + 1):

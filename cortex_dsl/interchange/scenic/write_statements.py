@@ -217,6 +217,7 @@ _HANDLERS: Mapping[type, Callable[[Statements, Any], Block]] = {
     nodes.Environment: _lacking("the environment: Scenic's driving library knows neither grip nor fog"),
     nodes.Expect: _lacking("Scenic has no `expect`"),
     nodes.Optimize: _lacking("Scenic has neither `maximize` nor `minimize`"),
+    nodes.Domain: _lacking("Scenic has no `domain`"),
     nodes.Param: _param,
     nodes.Import: _import,
     nodes.ImportFrom: _import_from,

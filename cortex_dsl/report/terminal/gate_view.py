@@ -72,9 +72,11 @@ class Command:
     """A command on a line of its own, never broken, so that it can be copied."""
 
     words: str
+    indent: int = WORD + 2
+    """Columns before it."""
 
     def __rich__(self) -> Text:
-        return Text(f"{'':<{WORD + 2}}{visible(self.words)}", "bar", no_wrap=True, overflow="ignore")
+        return Text(f"{'':<{self.indent}}{visible(self.words)}", "bar", no_wrap=True, overflow="ignore")
 
 
 def end_view(report: GateReport) -> Group:

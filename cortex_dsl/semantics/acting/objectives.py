@@ -79,7 +79,7 @@ def _declare(ev: Evaluator, node: nodes.Expect | nodes.Optimize, made: ir.Object
 
 def _name_of(facts: FileFacts, node: nodes.Expect | nodes.Optimize, said: nodes.Expression) -> str:
     if node.name and not node.name.isprintable():
-        raise NOT_ONE_LINE.mistake(node.span, name=ascii(node.name)[1:-1])
+        raise NOT_ONE_LINE.mistake(node.span, what="an objective", name=ascii(node.name)[1:-1])
     return node.name or _in_words(facts, said)
 
 

@@ -324,6 +324,7 @@ TOP_LEVEL: Mapping[type, Run] = {
             nodes.Record,
             nodes.Expect,
             nodes.Optimize,
+            nodes.Domain,
             nodes.Do,
             nodes.Take,
             nodes.Wait,

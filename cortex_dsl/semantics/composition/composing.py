@@ -102,6 +102,8 @@ class Coroutine:
         run = body.ev.run
         for statement in self._rules(nodes.Record):
             self._refuse(body, statement, "record", "a value is kept over the whole run", "record it at the top level")
+        for statement in self._rules(nodes.Domain):
+            self._refuse(body, statement, "domain", "its cells are those of whole runs", "write it at the top level")
         for kind in (nodes.Expect, nodes.Optimize):
             for statement in self._rules(kind):
                 word = statement.sense if isinstance(statement, nodes.Optimize) else "expect"

@@ -1,6 +1,6 @@
 """Rows of SCN6xx, SCN49x and SCN241 to SCN243: behaviors, monitors, scenarios that start scenarios, and objectives."""
 
-from cortex_dsl.semantics.errors.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, note, warning
 
 # -- SCN6xx: behaviors -------------------------------------------------------------------------------------------------
 
@@ -310,7 +310,7 @@ TAKEN_NAME = Problem(
 )
 NOT_ONE_LINE = Problem(
     "SCN498",
-    "the name of an objective must be one line of text",
+    "the name of {what} must be one line of text",
     "tables, `--objective` and the journal show it as it is, and `{name}` contains characters that are not printable",
     "leave out line breaks and control characters",
 )
@@ -336,4 +336,37 @@ NOBODY_ELSE = Problem(
     "SCN495",
     "`{name}` is a result of the ego and another object, but the ego is alone",
     cure="add another object, or use a value of the ego alone, as in `largest(ego.speed)`",
+)
+
+# -- SCN486 to SCN489, SCN499: domains ---------------------------------------------------------------------------------
+
+CELLS_UNKNOWN = Problem(
+    "SCN486",
+    "the cells of a domain must be known before the run",
+    "{reason}",
+    "write them as constants, as in `5 m steps from 0 m to 50 m`, `[0, 1]` or `[(0 m, 2 m), (2 m, 9 m)]`",
+)
+CELLS_OVERLAP = Problem(
+    "SCN487",
+    "two cells of this domain overlap: `{one}` and `{other}`",
+    "a value in both would be counted twice",
+    "let each cell begin where another one ends",
+)
+NO_CELLS = Problem(
+    "SCN488",
+    "this domain has no cells that can be used",
+    "{reason}",
+    "write steps as in `5 m steps from 0 m to 50 m`, values as in `[0, 1]`, or intervals as in `[(0 m, 2 m)]`",
+)
+SHORT_CELL = note(
+    "SCN489",
+    "the steps do not divide the range, so the last cell is shorter",
+    "the steps are {step} wide, the last cell {rest}",
+    "change the step or the range if all cells should have one width",
+)
+DOMAIN_DRAWS = Problem(
+    "SCN499",
+    "a domain cannot draw random values",
+    "it changes neither scenes nor runs, so it looks at values that the file has",
+    "give the random value a name, and write that name in the domain",
 )

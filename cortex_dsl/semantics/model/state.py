@@ -277,6 +277,8 @@ class FileFacts:
     """Every name after a dot; a property that is read and is not built in belongs to the file."""
     attributes_set: frozenset[str]
     """Every attribute that the run may change."""
+    domains: ir.DomainUse | None = None
+    """Effect of `domain` lines; None: they have none."""
 
     def line(self, span: Span) -> int:
         """Return the line number of a place, counted through all files."""
@@ -385,7 +387,11 @@ class RunStatements:
     """The temporal requirements, in the order of the file."""
     records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)
     """Recorded values and their places, by name."""
-    objectives: dict[Span, tuple[nodes.Expect | nodes.Optimize, ir.Objective]] = field(default_factory=dict)
+    domains: dict[Span, ir.Domain] = field(default_factory=dict)
+    """Domains by their place."""
+    objectives: dict[Span, tuple[nodes.Expect | nodes.Optimize | nodes.Domain, ir.Objective]] = field(
+        default_factory=dict
+    )
     """Expectations and optimization objectives, by their place; their formulas are added later."""
     readings: list[ir.Reading] = field(default_factory=list)
     """Results of a finished run that the objectives read."""

@@ -24,6 +24,7 @@ TOP_LEVEL: dict[type, str] = {
     nodes.Expect: "expect",
     nodes.Optimize: "maximize",
     nodes.Record: "record",
+    nodes.Domain: "domain",
     nodes.BehaviorDefinition: "behavior",
     nodes.MonitorDefinition: "monitor",
     nodes.ScenarioDefinition: "scenario",

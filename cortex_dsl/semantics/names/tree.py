@@ -234,7 +234,7 @@ def looked_at(statement: nodes.Statement) -> Iterator[nodes.Expression]:
             yield from atoms(condition)
         case nodes.TerminateWhen(condition=condition):
             yield condition
-        case nodes.Record(value=value) | nodes.Optimize(value=value):
+        case nodes.Record(value=value) | nodes.Optimize(value=value) | nodes.Domain(value=value):
             yield value
 
 
@@ -252,7 +252,7 @@ def speaks_of_run(statement: nodes.Statement) -> bool:
     """Return whether a statement concerns the running simulation, so that it is evaluated after all objects exist."""
     if isinstance(statement, nodes.Require):
         return is_timed(statement.condition)
-    return isinstance(statement, nodes.TerminateWhen | nodes.Record | nodes.Expect | nodes.Optimize)
+    return isinstance(statement, nodes.TerminateWhen | nodes.Record | nodes.Expect | nodes.Optimize | nodes.Domain)
 
 
 def is_class(statement: nodes.Statement) -> TypeGuard[nodes.ClassDefinition]:

@@ -160,6 +160,7 @@ named = node(nodes.Name, names.filter(lambda word: word not in ("always", "event
 monitors = node(nodes.Call, named, arguments(expressions))
 
 labels = st.none() | texts
+instants = st.sampled_from(["start", "contact", "end"])
 modes = st.sampled_from(["", "choose", "shuffle"])
 invocations = several(expressions, 1, 3)
 paths = several(names, 1, 3).map(".".join)
@@ -175,6 +176,8 @@ simple_statements = st.one_of(
     node(nodes.Require, formulas, st.none() | expressions, labels),
     node(nodes.RequireMonitor, monitors, labels),
     node(nodes.Record, expressions, st.sampled_from(["", "initial", "final"]), labels),
+    node(nodes.Domain, texts, expressions, instants, expressions),
+    node(nodes.Domain, texts, expressions, instants, expressions, expressions, expressions),
     node(nodes.Mutate, several(names), st.none() | expressions),
     node(nodes.Override, named | node(nodes.Attribute, named, names), several(specifiers(expressions), 1, 2)),
     node(nodes.Signals, arguments(expressions)),

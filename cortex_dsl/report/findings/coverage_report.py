@@ -1,0 +1,320 @@
+"""Result of `cortexc coverage`: a state for each cell, with its proof. Data and the JSON document only."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from cortex_dsl.report.findings.readable import significant
+from engine.display import counted
+from engine.gates.coverage import RULE_OF_THREE
+
+COVERAGE_SCHEMA_VERSION = 1
+LEVEL = 0.95
+"""Confidence of all intervals."""
+
+
+class State(StrEnum):
+    """State of a cell."""
+
+    COVERED = "covered"
+    """Runs lie in it."""
+    RARE = "rare"
+    """A directed search reached it, independent draws did not."""
+    BLOCKED = "blocked"
+    """Scenes exist, but all of their runs ended before the instant of a domain."""
+    UNTRIED = "untried"
+    """No run lies in it, and nothing is proved."""
+    EXCLUDED = "excluded"
+    """No scene lies in it, because of requirements."""
+    IMPOSSIBLE = "impossible"
+    """No scene lies in it, whatever the requirements are."""
+
+
+REACHED = (State.COVERED, State.RARE)
+"""States that count as covered for --require."""
+PROVED = (State.EXCLUDED, State.IMPOSSIBLE)
+"""States of cells that no scene can have."""
+
+
+@dataclass(frozen=True)
+class DomainInfo:
+    """A domain of a file."""
+
+    name: str
+    when: str
+    text: str
+    line: str
+    unit: str
+    cells: tuple[str, ...]
+    least: float | None = None
+    """Least possible value in its unit; None if it is not known."""
+    greatest: float | None = None
+
+    @property
+    def range_text(self) -> str:
+        """Return the possible values: "0 to 60 km/h"."""
+        if self.least is None or self.greatest is None:
+            return "unknown"
+        ends = f"{significant(self.least, 4)} to {significant(self.greatest, 4)} {self.unit}".rstrip()
+        return significant(self.least, 4) + f" {self.unit}".rstrip() if self.least == self.greatest else ends
+
+
+@dataclass(frozen=True)
+class RequirementInfo:
+    """A requirement of a proof."""
+
+    name: str
+    line: str
+    """Line, with the file if it is imported; "" for a built-in requirement."""
+
+    @property
+    def text(self) -> str:
+        return f"`{self.name}` (line {self.line})" if self.line else self.name
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The worst run of a cell."""
+
+    run: int
+    seed: int | None
+    event: str
+    replay: str
+
+
+@dataclass(frozen=True)
+class CellResult:
+    """State of one cell, and its proof. Fields without a meaning for the state keep their defaults."""
+
+    domains: tuple[int, ...]
+    cells: tuple[int, ...]
+    state: State
+    runs: int = 0
+    """Covered: runs in the cell. Blocked: runs of its scenes."""
+    failures: int = 0
+    low: float = 0.0
+    """Interval of the failure rate."""
+    high: float = 1.0
+    worst: Worst | None = None
+    requirements: tuple[RequirementInfo, ...] = ()
+    """Excluded: a minimal set of requirements that no scene of the cell can meet."""
+    culprits: tuple[int, ...] = ()
+    """Impossible: domains whose cells exclude each other, or one whose cell lies outside of the possible values."""
+    events: tuple[tuple[str, int], ...] = ()
+    """Blocked: what ended the runs, and how many, the most frequent first."""
+    draws: int = 0
+    """Blocked and untried: runs in all."""
+    sought: int = 0
+    """Rare: runs of the directed search."""
+    params: tuple[tuple[str, float, str], ...] = ()
+    """Rare: name, value and unit of each param of the scene that was found."""
+    case: str = ""
+    """Rare: that scene as a file."""
+    probability: tuple[float, float, float] | None = None
+    """Rare: probability of the cell and its 95 % interval; None if there is none, for the reason in `remark`."""
+    remark: str = ""
+
+    @property
+    def bound(self) -> float:
+        """Return the upper bound of the probability of the cell, by the rule of three."""
+        return min(1.0, RULE_OF_THREE / self.draws) if self.draws else 1.0
+
+
+@dataclass(frozen=True)
+class CoverageReport:
+    """Coverage of one file."""
+
+    path: str
+    digest: str
+    seed: int
+    budget: str
+    timed: bool
+    """True if the number of runs depends on time."""
+    ways: int
+    draws: int
+    """Independent runs that count."""
+    lost: int
+    """Runs that do not count: invalid, aborted by a requirement on the run, or failed by the driver."""
+    valueless: int
+    """Runs that count and have no number for some domain; they lie in no cell."""
+    failure: str
+    """Definition of a failure."""
+    domains: tuple[DomainInfo, ...]
+    cells: tuple[CellResult, ...]
+    joint: bool = False
+    """True if all intervals hold together with the confidence `LEVEL` (Bonferroni)."""
+    remarks: tuple[str, ...] = ()
+    seconds: float = 0.0
+    counts: Mapping[State, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        found = Counter(cell.state for cell in self.cells)
+        object.__setattr__(self, "counts", {state: found[state] for state in State})
+
+    @property
+    def possible(self) -> int:
+        """Return the number of cells that are not proved empty."""
+        return len(self.cells) - sum(self.counts[state] for state in PROVED)
+
+    @property
+    def reached(self) -> int:
+        return sum(self.counts[state] for state in REACHED)
+
+    @property
+    def share(self) -> float:
+        """Return the share of the possible cells that are reached; 1 without a possible cell."""
+        return self.reached / self.possible if self.possible else 1.0
+
+    @property
+    def headline(self) -> str:
+        """Return the share of the possible cells that are covered."""
+        return f"{self.reached:,} of {counted(self.possible, 'possible cell')} covered ({percent(self.share)})"
+
+    @property
+    def multiplicity(self) -> str:
+        """Return how the intervals treat that there are many of them."""
+        if self.joint:
+            return "all intervals hold together at 95 % (Bonferroni over the covered cells)"
+        return "each interval holds for its cell alone at 95 %; --joint: all of them together"
+
+    def name_of(self, cell: CellResult) -> str:
+        """Return a cell in words: "speed 0 to 10 km/h, light 0.5"."""
+        named = (self.domains[domain] for domain in cell.domains)
+        return ", ".join(f"{each.name} {each.cells[place]}" for each, place in zip(named, cell.cells, strict=True))
+
+    def reason(self, cell: CellResult) -> str:
+        """Return the proof of a cell's state in one sentence."""
+        return _REASONS[cell.state](self, cell)
+
+
+def percent(share: float) -> str:
+    return f"{significant(100.0 * share, 3)} %"
+
+
+def _covered(_report: CoverageReport, cell: CellResult) -> str:
+    interval = f"{percent(cell.low)} to {percent(cell.high)}"
+    return f"{cell.failures:,} of {counted(cell.runs, 'run')} failed: {interval}"
+
+
+def _impossible(report: CoverageReport, cell: CellResult) -> str:
+    parts = [report.domains[domain] for domain in cell.culprits]
+    ranges = ", ".join(f"`{each.text}` is {each.range_text}" for each in parts)
+    return ranges if len(parts) == 1 else f"no scene has both: {ranges}, but not in these cells at once"
+
+
+def _excluded(_report: CoverageReport, cell: CellResult) -> str:
+    return f"every scene breaks {' or '.join(each.text for each in cell.requirements)}"
+
+
+def _blocked(_report: CoverageReport, cell: CellResult) -> str:
+    events = ", ".join(f"{text} ({count:,})" for text, count in cell.events)
+    ended = "its one run" if cell.runs == 1 else f"all {cell.runs:,} runs of its scenes"
+    return f"{ended} ended before the instant: {events}"
+
+
+def _untried(_report: CoverageReport, cell: CellResult) -> str:
+    tried = f"none of {counted(cell.draws, 'run')}: probability at most {significant(cell.bound, 2)}"
+    return f"{tried}; {cell.remark}" if cell.remark else tried
+
+
+def _rare(_report: CoverageReport, cell: CellResult) -> str:
+    params = ", ".join(f"{name} {significant(value, 6)} {unit}".rstrip() for name, value, unit in cell.params)
+    reached = f"reached by a directed search of {cell.sought:,} runs ({params})"
+    if cell.probability is None:
+        return f"{reached}; no probability: {cell.remark}"
+    value, low, high = (significant(each, 3) for each in cell.probability)
+    return f"{reached}; probability {value}: {low} to {high}"
+
+
+_REASONS = {
+    State.COVERED: _covered,
+    State.RARE: _rare,
+    State.BLOCKED: _blocked,
+    State.UNTRIED: _untried,
+    State.EXCLUDED: _excluded,
+    State.IMPOSSIBLE: _impossible,
+}
+
+
+def coverage_content(report: CoverageReport) -> dict[str, Any]:
+    """Return the report as a document; only the field `seconds` differs between two equal commands."""
+    return {
+        "coverage_schema_version": COVERAGE_SCHEMA_VERSION,
+        "path": report.path,
+        "digest": report.digest,
+        "seed": report.seed,
+        "budget": report.budget,
+        "runs_depend_on_time": report.timed,
+        "ways": report.ways,
+        "draws": report.draws,
+        "lost": report.lost,
+        "without_value": report.valueless,
+        "failure": report.failure,
+        "level": LEVEL,
+        "joint": report.joint,
+        "counts": {state.value: count for state, count in report.counts.items()},
+        "possible": report.possible,
+        "share": report.share,
+        "domains": [_domain_content(each) for each in report.domains],
+        "cells": [_cell_content(report, each) for each in report.cells],
+        "remarks": list(report.remarks),
+        "seconds": report.seconds,
+    }
+
+
+def _domain_content(domain: DomainInfo) -> dict[str, Any]:
+    return {
+        "name": domain.name,
+        "instant": domain.when,
+        "value": domain.text,
+        "line": domain.line,
+        "unit": domain.unit,
+        "least": domain.least,
+        "greatest": domain.greatest,
+        "cells": list(domain.cells),
+    }
+
+
+def _cell_content(report: CoverageReport, cell: CellResult) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "domains": list(cell.domains),
+        "cells": list(cell.cells),
+        "name": report.name_of(cell),
+        "state": cell.state.value,
+        "reason": report.reason(cell),
+    }
+    if cell.state is State.COVERED:
+        found |= {"runs": cell.runs, "failures": cell.failures, "interval": [cell.low, cell.high]}
+    if cell.worst is not None:
+        worst = cell.worst
+        found["worst"] = {"run": worst.run, "seed": worst.seed, "event": worst.event, "replay": worst.replay}
+    if cell.state is State.IMPOSSIBLE:
+        found["culprits"] = list(cell.culprits)
+    if cell.state is State.EXCLUDED:
+        found["requirements"] = [{"name": each.name, "line": each.line or None} for each in cell.requirements]
+    if cell.state is State.BLOCKED:
+        found |= {"runs": cell.runs, "events": [{"event": text, "runs": count} for text, count in cell.events]}
+    if cell.state is State.RARE:
+        known = cell.probability
+        found["params"] = {name: {"value": value, "unit": unit} for name, value, unit in cell.params}
+        found |= {"simulations": cell.sought, "probability": known and known[0], "interval": known and [*known[1:]]}
+    if cell.state in (State.BLOCKED, State.UNTRIED, State.RARE):
+        found |= {"draws": cell.draws, "probability_at_most": cell.bound}
+    return found
+
+
+COLUMNS = ("state", "runs", "failures", "low", "high", "replay", "reason")
+
+
+def coverage_rows(report: CoverageReport) -> Iterator[Sequence[object]]:
+    """Yield the table of all cells, its head first: a column for each domain, empty where a cell has none."""
+    yield (*(each.name for each in report.domains), *COLUMNS)
+    for cell in report.cells:
+        named = [""] * len(report.domains)
+        for domain, place in zip(cell.domains, cell.cells, strict=True):
+            named[domain] = report.domains[domain].cells[place]
+        numbers = (cell.runs, cell.failures, cell.low, cell.high) if cell.state is State.COVERED else ("",) * 4
+        replay = cell.worst.replay if cell.worst else ""
+        yield (*named, cell.state.value, *numbers, replay, report.reason(cell))
