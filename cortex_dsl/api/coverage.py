@@ -320,7 +320,8 @@ class _Coverage:
         text = f'{self.source.text.rstrip()}\nexpect not ({" and ".join(conditions)}) as "{EVENT}"\n'
         source = replace(self.source, text=text)
         compiled = compile_source(source, self.scenario.overrides, scenario=self.scenario.chosen, files=DISK)
-        config = replace(self.scenario.config, search=replace(self.scenario.config.search, seed=self.plan.seed))
+        settings = replace(self.scenario.config.search, seed=self.plan.seed)
+        config = replace(self.scenario.config, search=settings, driver=fitting_driver(self.program, self.plan.driver))
         searched = replace(self.scenario, compiled=compiled, config=config)
         generations = self.plan.rare // POPULATION
         campaign = searched.search(
