@@ -73,7 +73,7 @@ class Encounter:
         return np.append(np.maximum(0.0, self.ego_speed[:-1] - self.ego_speed[1:]) / self.step, 0.0)
 
 
-def meet(start: Array, end: Array, turn: Array, size: tuple[float, float], other: tuple[float, float]) -> Array:
+def meet(start: Array, end: Array, turn: Array, size: tuple[float, float], other: tuple[float, float]) -> NDArray[np.bool_]:
     """Whether rectangles meet while the second moves from `start` to `end` (n, 2), seen from the first, along x.
 
     Exact for rectangles that do not turn: they overlap while their projections do on all four of their axes.
@@ -229,7 +229,7 @@ def avoids_slower(case: Encounter, fastest: float, place: float = math.inf, sigh
     """The careful driver after an approach no faster than `fastest`; unseen, it can stop before `place`."""
     x, speed, seen, begins, held, limit = case.ego_x[0], case.ego_speed[0], 0, None, 0.0, fastest
     needed, delay = math.ceil(0.4 / case.step - 1e-9), math.ceil(0.75 / case.step - 1e-9)
-    own, slowed = case.own_braking(), False
+    own, slowed, brakes = case.own_braking(), False, CarefulBrakes(case, last_sample(case))
     for k in range(last_sample(case)):
         if begins is None:
             visible = distance(case, k, x) <= sight
