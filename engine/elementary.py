@@ -16,7 +16,7 @@ from struct import pack
 ARGUMENTS = 1_000
 """Number of arguments at which each function is computed."""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-"""Its multiples modulo 1 are spread evenly, and are exact sums and products on every machine."""
+"""Its multiples modulo 1 are spread evenly, and are rounded alike on every machine."""
 
 
 @lru_cache(maxsize=1)

@@ -60,9 +60,13 @@ UNKNOWN = -2
 
 
 def _identities(scenes: Scenes) -> list[bytes]:
-    """Return the identity of each scene: its key, its variant, and its values determine its run."""
-    rows = zip(scenes.keys, scenes.variant.tolist(), scenes.values, strict=True)
-    return [key.tobytes() + variant.to_bytes(8, "big", signed=True) + values.tobytes() for key, variant, values in rows]
+    """Return the identity of each scene: its key, its variant, its values and its decisions determine its run."""
+    decided = scenes.actions if len(scenes.actions) else np.zeros((len(scenes), 0))
+    rows = zip(scenes.keys, scenes.variant.tolist(), scenes.values, decided, strict=True)
+    return [
+        b"".join((key.tobytes(), variant.to_bytes(8, "big", signed=True), values.tobytes(), actions.tobytes()))
+        for key, variant, values, actions in rows
+    ]
 
 
 def answers_and_margins(

@@ -94,7 +94,7 @@ class Fault(IntEnum):
 
 
 class Blame(IntEnum):
-    """Verdict on one simulation by a set of reference drivers (`engine.avoidability.blame`)."""
+    """Verdict on one simulation by a set of reference drivers (`engine.verdicts.blame`)."""
 
     NONE = -1
     """The ego did not collide."""

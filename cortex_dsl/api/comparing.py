@@ -13,7 +13,7 @@ from shlex import join
 
 import numpy as np
 
-from cortex_dsl.api.comparison_cases import with_cases, without_scenes
+from cortex_dsl.api.comparison_cases import SEARCHED, with_cases, without_scenes
 from cortex_dsl.api.contenders import (
     NotComparableError,
     Side,
@@ -48,7 +48,7 @@ from engine.errors import ControllerError
 from engine.gates.decision import UNDECIDED, Answer, RateDecision, decide_rate
 from engine.sampling import sample
 from engine.search.statistics import holm, residual_bound
-from engine.tables import Floats
+from engine.tables import Floats, Ints
 from engine.vocabulary import RECORDS
 
 PAIRS = 1000
@@ -246,6 +246,16 @@ def compare_file(
     return replace(result, seconds=time.monotonic() - started)
 
 
+def _in_turn(found: Sequence[tuple[Floats, Ints]]) -> tuple[Floats, Ints]:
+    """Return the genomes (n, d) and keys (n, 6) of the failures of all searches in turn, each scene once."""
+    genomes, keys = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    turns = np.argsort(np.concatenate([np.arange(len(each)) for _, each in found]), kind="stable")
+    genomes, keys = genomes[turns], keys[turns]
+    scenes = np.hstack([np.ascontiguousarray(genomes, dtype=np.float64).view(np.int64), keys])
+    first = np.sort(np.unique(scenes, axis=0, return_index=True)[1])
+    return genomes[first], keys[first]
+
+
 def _comparing(
     file: ScenarioFile, plan: ComparisonPlan, result: FileComparison, prepare: Prepare | None
 ) -> "_Comparing":
@@ -260,8 +270,7 @@ def _comparing(
         sides = [each.contender for each in searched]
         check_spaces(*(side.program for side in sides))
         found = [failing_scenes(each.run) for each in searched]
-        genomes, keys = (np.concatenate(parts) for parts in zip(*found, strict=True))
-        failures = _Failures(genomes, keys, found[0][0])
+        failures = _Failures(*_in_turn(found), found[0][0])
         result = replace(result, path=f"{plan.a.word}, {plan.b.word}", drawn=False)
     else:
         own = plan.a.kind is SideKind.VERSION
@@ -394,13 +403,14 @@ class _Comparing:
             changes=self._with_cases(found.changes, ""),
             lost_by_b=found.lost_by_b,
             decision=self._decision(),
-            searched=searched and replace(searched, changes=self._with_cases(searched.changes, "-search")),
+            searched=searched and replace(searched, changes=self._with_cases(searched.changes, SEARCHED)),
             not_run=found.not_run,
             remarks=tuple(remarks),
             table=found.table,
             no_scene=self._no_scene(),
         )
         bounded = result.deterministic and result.drawn and not self.kept and found.valid and not found.new
+        bounded = bounded and self.plan.max_new is None  # else the number of pairs depends on their results
         return replace(result, residual=residual_bound(found.valid) if bounded else None)
 
     def _with_cases(self, changes: Sequence[FoundChange], more: str) -> tuple[FoundChange, ...]:

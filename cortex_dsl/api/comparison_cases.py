@@ -78,12 +78,19 @@ def _drawing(side: Contender, scenes: Scenes) -> Drawing:
     return drawing_of_scene(side.scenario, scenes, pair, float(outcomes.min_distance_time[0, pair]))
 
 
+SEARCHED = "-search"
+"""End of the names of cases from a search for differences."""
+
+
 def stems(paths: Sequence[Path]) -> dict[str, str]:
     """Return a name for each file: its stem, with a number if another file has it, too."""
-    taken, found = Counter[str](), dict[str, str]()
+    taken, found = set[str](), dict[str, str]()
     for path in paths:
-        taken[path.stem] += 1
-        found[str(path)] = path.stem if taken[path.stem] == 1 else f"{path.stem}-{taken[path.stem]}"
+        name, number = path.stem, 2
+        while {name, f"{name}{SEARCHED}"} & taken:
+            name, number = f"{path.stem}-{number}", number + 1
+        taken |= {name, f"{name}{SEARCHED}"}
+        found[str(path)] = name
     return found
 
 

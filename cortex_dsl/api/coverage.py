@@ -145,7 +145,7 @@ class _Drawn:
     events: Ints
     """(n, 2) reason of the end, and its rule."""
     texts: Mapping[int, str]
-    """Event of each row that is the worst of a cell."""
+    """Event at the end of each valid run, by its row."""
     lost: int
     is_kept: bool
     """True if the file leaves nothing to chance."""
@@ -247,7 +247,7 @@ class _Coverage:
             domains=tuple(self._info(each) for each in self.domains),
             cells=tuple(results),
             joint=self.plan.joint,
-            remarks=tuple(self.proofs.remarks),
+            remarks=tuple(f"some cells are {reason}" for reason in dict.fromkeys(self.proofs.reasons.values())),
             seconds=time.monotonic() - started,
         )
 
@@ -293,7 +293,7 @@ class _Coverage:
         begun = (places[:, starts] == np.array([cells[i] for i in starts], dtype=np.int64)).all(axis=1)
         early = (places[:, late] == MISSING).any(axis=1) if late else np.zeros(total, dtype=bool)
         if not late or not begun.any() or not early[begun].all():
-            remark = self.proofs.remark if starts else ""
+            remark = self.proofs.reasons.get(tuple((domains[i], cells[i]) for i in starts), "")
             return CellResult(domains, cells, State.UNTRIED, draws=total, remark=remark)
         ends = Counter(map(tuple, drawn.events[begun].tolist())).most_common(EVENTS)
         events = tuple((end_text(self.program, EndReason(reason), rule), count) for (reason, rule), count in ends)
@@ -327,8 +327,8 @@ class _Coverage:
         campaign = searched.search(
             SEARCH, objective=EVENT, generations=generations, population=POPULATION, jobs=self.plan.jobs
         )
-        best = next(iter(campaign.worst), None)
-        if best is None or not best.continuous > 0.0:
+        best = next((case for case in campaign.worst if campaign.evaluations.found[case.row]), None)
+        if best is None:
             return replace(cell, remark=f"nor of {self.plan.rare:,} runs of a directed search")
         found = estimate(compiled.program, config, "subset", self.plan.rare, self.plan.seed, of=EVENT)
         reason = "" if found.withheld is Withheld.NOTHING else withheld_text(found)
@@ -376,9 +376,8 @@ class _Proofs:
         program = coverage.program
         self.room = MOST - len(program.requirements)
         """Number of cells that one program can have as requirements, each with a bit of its own."""
-        self.remark = ""
-        """Reason why an open cell has no proof."""
-        self.remarks: list[str] = []
+        self.reasons: dict[StartCells, str] = {}
+        """Reasons why cells are not analysed, or not alone."""
         self._known: dict[StartCells, CellResult | None] = {}
         self._shared: tuple[frozenset[tuple[int, int]], _Analysed | None] = frozenset(), None
         self._left = ALONE
@@ -395,7 +394,7 @@ class _Proofs:
 
     def _proved(self, cells: StartCells) -> CellResult | None:
         if self.room < len(cells):
-            self._say("not analysed: the file has too many requirements")
+            self.reasons[cells] = "not analysed: the file has too many requirements"
             return None
         shared = self._shared_program(cells)
         proof = shared.conflict(cells) if shared is not None else ()
@@ -405,7 +404,7 @@ class _Proofs:
             proof = alone.conflict(cells) if alone is not None else ()
             shared = alone or shared
         elif not proof:
-            self._say("analysed together with other cells only")
+            self.reasons[cells] = "analysed together with other cells only"
         return self._result(cells, proof, shared.program) if proof and shared is not None else None
 
     def _shared_program(self, cells: StartCells) -> "_Analysed | None":
@@ -428,11 +427,6 @@ class _Proofs:
         state = State.EXCLUDED if others else State.IMPOSSIBLE
         named = tuple(RequirementInfo(each.name, program.place(each.line) if each.line else "") for each in others)
         return CellResult((), (), state, requirements=named, culprits=tuple(domain for domain, _ in involved))
-
-    def _say(self, text: str) -> None:
-        self.remark = text
-        if text not in self.remarks:
-            self.remarks.append(f"some cells are {text}")
 
 
 @dataclass(frozen=True)

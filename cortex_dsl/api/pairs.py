@@ -339,12 +339,11 @@ class Collected:
 
     def _take_changes(self, block: PairBlock) -> list[Change | None]:
         """Return the change of each pair, None where both keep all conditions or a run does not count."""
-        base, (a, b) = self.pairing.base, (block.a, block.b)
-        broken_a, broken_b = a.broken[:, base], b.broken[:, base]
+        a, b = block.a, block.b
         changes: list[Change | None] = [None] * len(block.numbers)
-        is_new: Bools = np.asarray((broken_b & ~broken_a).any(axis=1))
-        is_cured: Bools = np.asarray((broken_a & ~broken_b).any(axis=1))
-        for row in np.flatnonzero(block.valid & (broken_a | broken_b).any(axis=1)).tolist():
+        is_new: Bools = np.asarray((b.broken & ~a.broken).any(axis=1))
+        is_cured: Bools = ~np.asarray(b.broken.any(axis=1))
+        for row in np.flatnonzero(block.valid & (a.broken | b.broken).any(axis=1)).tolist():
             failures = [self.pairing.failure(judged, row) for judged in (a, b)]
             same = Change.KEPT if failures[0] == failures[1] else Change.MOVED
             changes[row] = change = Change.NEW if is_new[row] else Change.CURED if is_cured[row] else same

@@ -106,7 +106,7 @@ def _show(report: "CoverageReport", options: argparse.Namespace, terminal: Termi
     if options.json:
         terminal.document("coverage", coverage_content(report))
     else:
-        terminal.out.print(coverage_view(report, options.require))
+        terminal.out.print(coverage_view(report, options.require), crop=False)
 
 
 def _write(report: "CoverageReport", options: argparse.Namespace, terminal: Terminal) -> None:

@@ -82,7 +82,8 @@ def counted(places: Ints, failed: Bools, severity: Floats) -> dict[tuple[int, ..
     inverse = inverse.reshape(-1)
     failures = np.bincount(inverse, weights=failed[rows], minlength=len(cells)).astype(int)
     worst = np.empty(len(cells), dtype=np.int64)
-    worst[inverse[order]] = rows[order] if len(order := np.lexsort((-rows, worse))) else rows
+    order = np.lexsort((-rows, worse))
+    worst[inverse[order]] = rows[order]
     return {
         tuple(cell): Counted(int(n), int(bad), int(row))
         for cell, n, bad, row in zip(cells.tolist(), runs, failures, worst, strict=True)

@@ -131,9 +131,9 @@ def _explore(plan: Plan, memory: DriveMemory, case: Case, driver: Driver, out: F
 def _highest_speed(plan: Plan, run: Run, again: Replayed, other: int, fastest: float, driver: Driver) -> float:
     good, bad = fastest, math.inf
     while _approach(plan, run, again, other, Approach(good, math.inf), driver):
-        good, bad = good - STEPS[SPEED], good
-        if good <= 0.0:
+        if good == 0.0:
             return math.nan
+        good, bad = max(0.0, good - STEPS[SPEED]), good
     while bad - good > WIDTHS[SPEED] and bad < math.inf:
         middle = 0.5 * (good + bad)
         if _approach(plan, run, again, other, Approach(middle, math.inf), driver):
@@ -281,7 +281,7 @@ def _approach(plan: Plan, run: Run, again: Replayed, other: int, limits: Approac
                 speed = limit
                 put(states, 0, pose_at(path, way, outlines[0, 0], outlines[0, 1]), path[0, COURSE] * speed)
         if departed:
-            slower = min(limit, abs(own[k + 1, State.SPEED]))
+            slower = min(abs(own[k + 1, State.SPEED]), max(limit, speed - driver.deceleration * time_step))
             if k >= braking:
                 held = max(held, path[k, OWN]) if k < contact else held
                 middle = (k - braking + 0.5) * time_step

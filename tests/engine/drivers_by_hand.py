@@ -73,7 +73,9 @@ class Encounter:
         return np.append(np.maximum(0.0, self.ego_speed[:-1] - self.ego_speed[1:]) / self.step, 0.0)
 
 
-def meet(start: Array, end: Array, turn: Array, size: tuple[float, float], other: tuple[float, float]) -> NDArray[np.bool_]:
+def meet(
+    start: Array, end: Array, turn: Array, size: tuple[float, float], other: tuple[float, float]
+) -> NDArray[np.bool_]:
     """Whether rectangles meet while the second moves from `start` to `end` (n, 2), seen from the first, along x.
 
     Exact for rectangles that do not turn: they overlap while their projections do on all four of their axes.
@@ -248,7 +250,7 @@ def avoids_slower(case: Encounter, fastest: float, place: float = math.inf, sigh
             slower = max(0.0, speed - max(min(held, brakes.hardest), brakes(k, x, speed, 0.0)) * case.step)
             slowed = True
         else:
-            slower = min(limit, case.ego_speed[k + 1])
+            slower = min(case.ego_speed[k + 1], max(limit, speed - brakes.hardest * case.step))
             slowed = slowed or limit < case.ego_speed[k + 1]
         after = x + 0.5 * (speed + slower) * case.step if slowed else case.ego_x[k + 1]
         if case.touch(k, x, after):

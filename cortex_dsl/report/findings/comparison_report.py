@@ -37,9 +37,9 @@ class Change(StrEnum):
     NEW = "new"
     """A keeps a condition that B breaks."""
     CURED = "cured"
-    """B keeps a condition that A breaks, and breaks no other that A keeps."""
+    """A breaks a condition, B none."""
     MOVED = "moved"
-    """Both fail, in failures of different kinds."""
+    """Both fail, B in no condition that A keeps, in failures of different kinds."""
     KEPT = "kept"
     """Both fail, in failures of the same kind."""
 
@@ -288,6 +288,8 @@ class ComparisonReport:
     @property
     def headline(self) -> str:
         """Return the counts in a sentence: `3 new failures, 1 cured, 0 moved, 12 kept in 1,000 pairs`."""
+        if not self.pairs:
+            return "nothing is compared"
         new = counted(self.count(Change.NEW), "new failure") if self.count(Change.NEW) else "no new failure"
         others = ", ".join(f"{self.count(change):,} {change}" for change in (Change.CURED, Change.MOVED, Change.KEPT))
         parts = [f"{new}, {others} in {counted(self.pairs, 'pair')}"]

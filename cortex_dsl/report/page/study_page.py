@@ -231,7 +231,7 @@ def _curve(study: Study, scenario: int, metric: PaperMetric) -> Element:
 
 
 def _layout(study: Study, found: Findings) -> Node:
-    """Return one plot per metric with a curve for each scenario and method, and boxes over the means of generations."""
+    """Return a plot for each metric with a curve per scenario and method, and boxes over the values of generations."""
     scenarios = in_layout_of_paper(study, found)
     if not scenarios:
         return None

@@ -324,7 +324,7 @@ def _probability(program: Program, found: Probability) -> Iterator[Block]:
     yield Note((given, Value(probability_text(found), "bad")))
     yield Note(f"{level} interval: {interval_text(found)}", "warn" if found.withheld else "")
     if found.driven:
-        avoided = "of a collision that a competent driver avoids (UN R157): "
+        avoided = "of a collision that each reference driver avoids: "
         yield Note((avoided, Value(avoidable_text(found), "bad")))
         yield Note(f"{level} interval: {avoidable_interval_text(found)}")
     yield Note("")

@@ -36,8 +36,8 @@ TITLES = {
 }
 NOTES = {
     Change.NEW: "A keeps a condition that B breaks",
-    Change.CURED: "B keeps what A breaks, and breaks nothing else",
-    Change.MOVED: "both fail, in failures of different kinds",
+    Change.CURED: "A breaks a condition, B none",
+    Change.MOVED: "both fail, B in nothing that A keeps, in failures of different kinds",
     Change.KEPT: "both fail, in failures of the same kind",
 }
 ANSWERS = {

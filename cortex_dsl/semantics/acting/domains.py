@@ -5,7 +5,7 @@ or chosen cells become requirements on the scene, so that intervals can prove th
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -284,10 +284,3 @@ def condition_text(domain: ir.Domain, cell: ir.Cell) -> str:
     if cell.low == cell.high:
         return f"{value} == {low}"
     return f"{value} >= {low} and {value} {'<=' if cell.closed else '<'} {high}"
-
-
-def cells_of(domains: Sequence[ir.Domain]) -> Iterator[tuple[int, int]]:
-    """Yield (domain, cell) for all cells of the domains at the start."""
-    for number, each in enumerate(domains):
-        if each.when == "start":
-            yield from ((number, place) for place in range(len(each.cells)))

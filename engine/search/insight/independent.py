@@ -1,12 +1,14 @@
 """Rates from the independent draws of a search: the genomes that its method drew uniformly, whatever it had learnt.
 
-Random search draws all its genomes so, the genetic algorithm its first generation. Given all earlier results, each such
+Random search draws all its genomes so, the genetic algorithm its first generation, others some in every generation
+(individuals of `Operator.RANDOM`). Given all earlier results, each such
 run has one probability of each event, so the confidence sequence of the event holds whenever a search ends or is looked
 at. The share among the other runs is not a probability: the method goes where it found danger.
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +25,8 @@ from engine.vocabulary import Verdict
 
 COLLISION = "collision"
 LEVEL = 0.95
+FIXED = ("random", "ga")
+"""Methods whose number of independent draws does not depend on results, as the bound of unseen kinds requires."""
 
 
 @dataclass(frozen=True)
@@ -91,4 +95,5 @@ def independent_draws(evaluations: Evaluations, method: str, expectations: Seque
         for name, count in counts.items()
     ]
     unseen = unseen_kinds(labels(codes_of_draws(runs, runs.collided)), LEVEL, lost)
+    unseen = unseen if method in FIXED else replace(unseen, bound=math.nan)
     return IndependentDraws(len(broken), lost, tuple(events), unseen)
