@@ -279,6 +279,7 @@ class Scenario:
                 workers: how the simulations are run (see `engine.search.workers`; processes need a main module that
                     can be imported).
                 tables: with `out`: write CSV and JSON lines also for a search of more than 20,000 simulations.
+                references: names of the reference drivers that judge collisions.
                 generations, population, seed, rollouts, aggregate, jobs, engine, run, probes: fields of
                     `engine.config.SearchConfig`, in place of those of `config`.
 

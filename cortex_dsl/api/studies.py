@@ -95,6 +95,7 @@ def study(
             profile: set of risk bands, `paper`, `paper-mm` or `literature`.
             preset: preset of the genetic algorithm, `cortex` or `cortex-literal`.
             on_run: called with each `engine.study.run_records.Finished`, in no certain order.
+            references: names of the reference drivers that judge collisions.
             generations, population, seed, rollouts, aggregate, engine, run, probes: fields of
                 `engine.config.SearchConfig`, in place of those of each scenario's config.
 

@@ -219,18 +219,23 @@ class Manifest:
 
     @property
     def config(self) -> Config:
-        """Return the settings of the run; a setting that is newer than the manifest has its default.
+        """Return the settings of the run."""
+        return config_from(self.settings)
 
-        A run that is older than the choice of reference drivers was judged by the careful driver.
-        """
-        searching: dict[str, Any] = dict(self.settings["search"])
-        searching["references"] = tuple(searching.get("references", FIRST_REFERENCES))
-        return Config(
-            simulation=SimulationConfig(**self.settings["simulation"]),
-            contact=ContactConfig(**self.settings["contact"]),
-            search=SearchConfig(**searching),
-            ga=GAConfig(**self.settings["ga"]),
-        )
+
+def config_from(settings: Mapping[str, Any]) -> Config:
+    """Return stored settings; one that is newer than they are has its default.
+
+    A run that is older than the choice of reference drivers was judged by the careful driver.
+    """
+    searching: dict[str, Any] = dict(settings["search"])
+    searching["references"] = tuple(searching.get("references", FIRST_REFERENCES))
+    return Config(
+        simulation=SimulationConfig(**settings["simulation"]),
+        contact=ContactConfig(**settings["contact"]),
+        search=SearchConfig(**searching),
+        ga=GAConfig(**settings["ga"]),
+    )
 
 
 def is_large(search: SearchConfig) -> bool:
@@ -285,9 +290,10 @@ def _driven_by(config: Config, reproducible: bool) -> DrivenBy | None:
 
 
 def _settings(config: Config) -> dict[str, Any]:
-    """Return all settings except the driver, which has a field of its own."""
+    """Return all settings as JSON has them, except the driver, which has a field of its own."""
     settings = asdict(replace(config, driver=None))
     del settings["driver"]
+    settings["search"]["references"] = list(config.search.references)
     return settings
 
 

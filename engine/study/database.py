@@ -35,12 +35,11 @@ from typing import Any
 
 import numpy as np
 
-from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.chain import LINK, actions_digest, either
 from engine.search.evaluations import Evaluations
-from engine.search.manifest import DrivenBy
+from engine.search.manifest import DrivenBy, config_from
 from engine.search.past import recorded_driver, who_drove
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.store import SPACE_TO_BEGIN, StoreError, check_not_removed, located, refuse_empty, store_errors
@@ -370,15 +369,9 @@ def _subject(folder: Path, number: int, name: str, file: str, manifest: str, dig
     if program.digest != digest:
         raise ValueError(f"{program_file(folder, number)} is not the program that the study is about")
     said = json.loads(manifest)
-    parts, driven = said["settings"], said.get("driver")
-    config = Config(
-        simulation=SimulationConfig(**parts["simulation"]),
-        contact=ContactConfig(**parts["contact"]),
-        search=SearchConfig(**parts["search"]),
-        ga=GAConfig(**parts["ga"]),
-        driver=None if driven is None else recorded_driver(DrivenBy(**driven)),
-    )
-    return Subject(name, file, program, config)
+    driven = said.get("driver")
+    driver = None if driven is None else recorded_driver(DrivenBy(**driven))
+    return Subject(name, file, program, replace(config_from(said["settings"]), driver=driver))
 
 
 def _records(connection: sqlite3.Connection) -> dict[Address, RunRecord]:

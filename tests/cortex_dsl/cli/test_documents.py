@@ -37,6 +37,8 @@ LINES: dict[str, tuple[object, ...]] = {
     "import": ("import", "XOSC"),
     "paper-check": ("paper-check",),
     "test": ("test", "FILE", "--budget", 20, "--allow-collisions"),
+    "compare": ("compare", "FILE", "FILE", "--budget", 20),
+    "coverage": ("coverage", "FILE", "--budget", 20),
 }
 ABOUT_A_FILE = ("FILE", "RUN")
 KEPT = ("kept in", "to go on", "compil")
@@ -51,7 +53,10 @@ def made(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str,
     home = tmp_path_factory.mktemp("documents")
     file = home / "fast.scn"
     file.write_text(
-        left_turn.read_text() + "new Car at (45, 200), with regionContainedIn None, with speed 45\n", encoding="utf-8"
+        left_turn.read_text()
+        + 'domain "speed" ego.speed in 20 km/h steps from 0 km/h to 80 km/h\n'
+        + "new Car at (45, 200), with regionContainedIn None, with speed 45\n",
+        encoding="utf-8",
     )
     lines = (
         (file, "--ga", *SMALL, "--out", home / "run"),

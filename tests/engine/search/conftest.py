@@ -1,5 +1,6 @@
 """A toy world for searches: a landscape with invalid regions, noise from the stream key alone, and no simulator."""
 
+import json
 from collections.abc import Callable
 from dataclasses import asdict, fields
 from typing import Any
@@ -153,7 +154,7 @@ def make_manifest(space: ParamSpace, config: SearchConfig, method: str = "ga") -
         profile="paper",
         seed=config.seed,
         run=config.run,
-        settings=asdict(Config(search=config)),
+        settings=json.loads(json.dumps(asdict(Config(search=config)))),
         versions={"cortexc": "0.1.0"},
         platform="any",
         command_line=("toy.scn", "--ga"),
