@@ -88,7 +88,7 @@ def test_probability_has_its_interval(cortexc: Command, left_turn: Path) -> None
     assert "given a valid scene" in text
     assert "Clopper and Pearson" in text
     assert "params are drawn once, then a scene for them is drawn in up to 2,000 attempts" in text
-    assert "of a collision that a competent driver avoids" in text
+    assert "of a collision that each reference driver avoids" in text
     assert max(map(len, text.splitlines())) <= 100
 
 
