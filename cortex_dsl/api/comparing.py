@@ -333,7 +333,7 @@ class _Comparing:
                 self._take(self._block(min(BLOCK, budget - found.pairs)))
                 if on_runs is not None:
                     on_runs(found.pairs, budget + plan.search)
-                if not found.valid and self.failures is None and not self._lost:
+                if not found.valid and self.failures is None and not self.found.lost:
                     break
             if plan.search and len(self.pairing.a.program.space) and (found.valid or self.failures is not None):
                 start = start_of(found, None if self.failures is None else self.failures.of_a)
@@ -343,11 +343,6 @@ class _Comparing:
         if searched is not None and searched.stopped:
             self.result = replace(self.result, interrupted=True)
         return self._result(searched)
-
-    @property
-    def _lost(self) -> bool:
-        """Return True if a driver failed in some pair."""
-        return any("driver" in each.reason for each in self.found.not_run)
 
     def _most(self) -> int:
         """Return the largest number of pairs."""
@@ -425,6 +420,6 @@ class _Comparing:
     def _no_scene(self) -> str:
         """Return the reason why no pair counts; "" if one does, if a driver failed, or if no search failed."""
         found = self.found
-        if found.valid or self._lost or self.failures is not None or not found.pairs:
+        if found.valid or self.found.lost or self.failures is not None or not found.pairs:
             return ""
         return no_run_text(self.pairing.a.program, found.last)

@@ -38,12 +38,13 @@ from engine.verdicts import blame
 from engine.vocabulary import Blame, Column, Sense, Verdict
 
 CONTACT, AVOIDABLE = "contact of the ego", "avoidable contact"
-NO_RUN = {
+REASONS = {
     Verdict.INFEASIBLE: "no scene",
     Verdict.EXHAUSTED: "no scene",
     Verdict.ABORTED: "a requirement on the run was broken",
     Verdict.CONTROLLER: "the driver failed",
 }
+"""Reasons why a run of a pair does not count."""
 
 Failure = tuple[tuple[str, ...], tuple[int, ...] | str | None]
 """Kind of a failing run: names of its broken conditions, and the code of its contact (`Kind`), `building` or None."""
@@ -286,6 +287,8 @@ class Collected:
     valid: int = 0
     new: int = 0
     """Pairs with a new failure."""
+    lost: bool = False
+    """True if a driver failed in some pair."""
     lost_by_b: int = 0
     otherwise: int = 0
     """Pairs whose scenes differ at the start."""
@@ -325,6 +328,7 @@ class Collected:
     def _count_lost(self, block: PairBlock) -> None:
         """Count the pairs in which a run does not count."""
         verdicts = [each.outcomes.verdict for each in (block.a, block.b)]
+        self.lost = self.lost or any(bool((verdict == Verdict.CONTROLLER).any()) for verdict in verdicts)
         self.lost_by_b += int(((verdicts[1] == Verdict.CONTROLLER) & (verdicts[0] == Verdict.VALID)).sum())
         reasons = [_reasons(each) for each in (block.a, block.b)]
         for row in np.flatnonzero(~block.valid).tolist():
@@ -400,13 +404,13 @@ def _starts_alike(pairing: Pairing, a: Judged, b: Judged) -> Bools:
 def _reasons(judged: Judged) -> dict[int, str]:
     """Return the reason of each run that does not count, by its row."""
     verdict = judged.outcomes.verdict
-    reasons = {row: NO_RUN[Verdict(int(verdict[row]))] for row in np.flatnonzero(verdict != Verdict.VALID).tolist()}
+    reasons = {row: REASONS[Verdict(int(verdict[row]))] for row in np.flatnonzero(verdict != Verdict.VALID).tolist()}
     lost = np.flatnonzero(verdict == Verdict.CONTROLLER).tolist()
     if lost and len(judged.done.failures) == len(lost):
         said = sorted(judged.done.failures, key=lambda failure: failure.message)
         kinds = list(dict.fromkeys(failure.kind for failure in said))
         text = kinds[0] if len(kinds) == 1 else f"{kinds[0]}, and {len(kinds) - 1} other failures"
-        reasons |= dict.fromkeys(lost, f"{NO_RUN[Verdict.CONTROLLER]}: {text}")
+        reasons |= dict.fromkeys(lost, f"{REASONS[Verdict.CONTROLLER]}: {text}")
     return reasons
 
 

@@ -143,6 +143,12 @@ def test_bisection_finds_what_a_grid_search_finds(situation: str) -> None:
 # -- what a value says of other scenes ---------------------------------------------------------------------------------
 
 
+def before_obstacle(scenario: Scenario, speed: float, ahead: float, friction: float, sight: float) -> np.ndarray:
+    """Return the genome (1, d) of an ego that drives towards what stands in its way."""
+    values = {"V": speed, "W": 0.0, "X": ahead, "Y": 0.0, "SIDE": 0.0, "FRICTION": friction, "SIGHT": sight}
+    return np.array([[values[name] for name in scenario.program.space.names]])
+
+
 def careful_avoids(scenario: Scenario, genomes: np.ndarray) -> bool:
     """Whether a scene has no collision, or one that the careful driver avoids."""
     scenes = scenes_of(scenario, genomes)
@@ -157,9 +163,7 @@ def test_before_an_obstacle_each_value_is_the_limit_between_scenes(
 ) -> None:
     """Scenes that differ from a collision in speed, friction or sight only: avoidable on one side of the value."""
     scenario = compiled("stands")
-    names = scenario.program.space.names
-    given_values = {"V": speed, "W": 0.0, "X": ahead, "Y": 0.0, "SIDE": 0.0, "FRICTION": friction, "SIGHT": sight}
-    genomes = np.array([[given_values[name] for name in names]])
+    genomes = before_obstacle(scenario, speed, ahead, friction, sight)
     scenes = scenes_of(scenario, genomes)
     (found,) = counterfactuals(scenario.program, scenes, scenario.config.simulation)
     assume(found is not None)
@@ -182,9 +186,7 @@ def test_before_an_obstacle_more_of_each_is_never_worse(
 ) -> None:
     """A longer sight, a better road, and a slower approach let the careful driver avoid what it avoided before."""
     scenario = compiled("stands")
-    names = scenario.program.space.names
-    given_values = {"V": speed, "W": 0.0, "X": ahead, "Y": 0.0, "SIDE": 0.0, "FRICTION": friction, "SIGHT": sight}
-    genomes = np.array([[given_values[name] for name in names]])
+    genomes = before_obstacle(scenario, speed, ahead, friction, sight)
     before = careful_avoids(scenario, genomes)
     for name, value in (("SIGHT", sight + 15.0), ("FRICTION", friction + 0.1), ("V", speed - 2.0)):
         assert careful_avoids(scenario, with_param(scenario, genomes, name, value)) >= before, name
@@ -195,8 +197,7 @@ def test_before_an_obstacle_more_of_each_is_never_worse(
 def test_adapted_speed_avoids_whatever_stands_in_fog(speed: float, ahead: float, friction: float, sight: float) -> None:
     """An ego that can always stop within what it sees meets nothing that stands, unless the scene begins too late."""
     scenario = compiled("stands")
-    given_values = {"V": speed, "W": 0.0, "X": ahead, "Y": 0.0, "SIDE": 0.0, "FRICTION": friction, "SIGHT": sight}
-    genomes = np.array([[given_values[name] for name in scenario.program.space.names]])
+    genomes = before_obstacle(scenario, speed, ahead, friction, sight)
     assume(sight < ahead + 5.0)
     (found,) = counterfactuals(scenario.program, scenes_of(scenario, genomes), scenario.config.simulation)
     assume(found is not None)

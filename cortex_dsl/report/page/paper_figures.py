@@ -5,7 +5,7 @@ the curves of the five metrics and box plots of the measures.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ from engine.study.comparisons import Comparison, Measure, compare_all, sample
 from engine.study.database import Study
 from engine.study.run_records import curve_of, smoothed
 from engine.study.verdict import METHODS, findings
+from engine.tables import Floats
 from engine.vocabulary import State
 
 FORMATS = ("svg", "png", "pdf")
@@ -254,15 +255,21 @@ def _metric_label(metric: PaperMetric) -> str:
 def _boxes(axes: Any, study: Study, rows: tuple[Comparison, ...], scenario: int, measure: Measure) -> None:
     """The runs of each method; stars of Holm's p above those that differ from the baseline."""
     order = (study.plan.baseline, *study.plan.contenders)
-    values = [sample(study.records, scenario, method, measure) for method in order]
-    drawn = axes.boxplot(values, widths=0.55, patch_artist=True, medianprops={"color": "black"}, flierprops={"ms": 2})
-    for box, method in zip(drawn["boxes"], order, strict=True):
-        box.set(facecolor=_colour(study, method), alpha=0.6, linewidth=0.6)
+    _draw_boxes(axes, study, {method: sample(study.records, scenario, method, measure) for method in order})
     name = study.plan.subjects[scenario].name
     stars = {row.method: row.marks for row in rows if row.scenario == name and row.measure is measure}
     labels = [f"{method_name(method)} {stars.get(method, '')}".strip() for method in order]
     axes.set_xticks(range(1, len(order) + 1), map(_text, labels), rotation=0 if len(order) < 4 else 40)
     axes.set_ylabel(_text(f"{measure.name} [{measure.unit}]" if measure.unit else measure.name))
+
+
+def _draw_boxes(axes: Any, study: Study, values: Mapping[str, Floats]) -> None:
+    """Draw a box for each method from its values."""
+    drawn = axes.boxplot(
+        list(values.values()), widths=0.55, patch_artist=True, medianprops={"color": "black"}, flierprops={"ms": 2}
+    )
+    for box, method in zip(drawn["boxes"], values, strict=True):
+        box.set(facecolor=_colour(study, method), alpha=0.6, linewidth=0.6)
 
 
 # -- the plots of the paper --------------------------------------------------------------------------------------------
@@ -291,12 +298,8 @@ def _paper_boxes(study: Study, scenarios: Sequence[int]) -> Any:
     figure = new_figure(PAGE, 1.5 * len(METRICS))
     for row, metric in zip(figure.subplots(len(METRICS), len(groups), sharey="row"), METRICS, strict=True):
         for axes, (title, numbers) in zip(row, groups, strict=True):
-            values = [generation_values(study, numbers, method, metric.field) for method in METHODS]
-            drawn = axes.boxplot(
-                values, widths=0.55, patch_artist=True, medianprops={"color": "black"}, flierprops={"ms": 2}
-            )
-            for box, method in zip(drawn["boxes"], METHODS, strict=True):
-                box.set(facecolor=_colour(study, method), alpha=0.6, linewidth=0.6)
+            values = {method: generation_values(study, numbers, method, metric.field) for method in METHODS}
+            _draw_boxes(axes, study, values)
             axes.set_xticks((1, 2), METHODS)
             if metric is METRICS[0]:
                 axes.set_title(_text(title), loc="left", fontsize=7)
