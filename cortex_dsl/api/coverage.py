@@ -231,8 +231,8 @@ class _Coverage:
         drawn = self.drawn(on_runs)
         results = [cell for domains in products(self.sizes, self.ways) for cell in self._product(domains, drawn)]
         results = [*self._with_intervals(self._with_rare(results))]
-        at_start = [number for number, each in enumerate(self.domains) if each.when != "contact"]
-        valueless = int((drawn.places[:, at_start] == MISSING).any(axis=1).sum())
+        always = [number for number, each in enumerate(self.domains) if each.when != "contact"]
+        valueless = int((drawn.places[:, always] == MISSING).any(axis=1).sum())
         return CoverageReport(
             path=self.path,
             digest=self.program.digest,
@@ -379,7 +379,8 @@ class _Proofs:
         self.reasons: dict[StartCells, str] = {}
         """Reasons why cells are not analysed, or not alone."""
         self._known: dict[StartCells, CellResult | None] = {}
-        self._shared: tuple[frozenset[tuple[int, int]], _Analysed | None] = frozenset(), None
+        self._shared: dict[int, tuple[frozenset[tuple[int, int]], _Analysed | None]] = {}
+        """The last program of each number of cells, as the cells of a product are asked for with those of its parts."""
         self._left = ALONE
 
     def of(self, cells: StartCells) -> CellResult | None:
@@ -416,9 +417,11 @@ class _Proofs:
             last = min(first + group, self.coverage.sizes[domain])
             wanted |= {(domain, each) for each in range(first, last)}
         key = frozenset(wanted)
-        if self._shared[0] != key:
-            self._shared = key, _analysed(self.coverage, key)
-        return self._shared[1]
+        last, analysed = self._shared.get(len(cells), (frozenset[tuple[int, int]](), None))
+        if last != key:
+            analysed = _analysed(self.coverage, key)
+            self._shared[len(cells)] = key, analysed
+        return analysed
 
     def _result(self, cells: StartCells, proof: Sequence[int], program: Program) -> CellResult:
         names = {requirement_name(*cell): cell for cell in cells}

@@ -30,6 +30,7 @@ from engine.kernels.avoidance import (
     found_fault,
     in_its_car,
     limited_to,
+    place_ego,
     pressed,
     put,
     record_others,
@@ -49,7 +50,6 @@ from engine.kernels.perception import (
     is_conflict,
     perceive,
     pose_at,
-    reached,
 )
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, Window, note_outlines
@@ -288,8 +288,7 @@ def _approach(plan: Plan, run: Run, again: Replayed, other: int, limits: Approac
                 slower = max(0.0, speed - max(min(held, driver.deceleration), pressed(driver, middle)) * time_step)
             way += 0.5 * (speed + slower) * time_step
             speed = slower
-            course = path[reached(path, way) + 1, COURSE]
-            put(states, k + 1, pose_at(path, way, outlines[0, 0], outlines[0, 1]), course * speed)
+            place_ego(states, k + 1, path, way, outlines, speed)
         else:
             way, speed = path[k + 1, WAY], abs(own[k + 1, State.SPEED])
             if again.recorded:

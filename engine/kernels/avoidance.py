@@ -394,8 +394,7 @@ def brake_from(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driv
         slower = max(0.0, speed - max(min(held, driver.deceleration), pressed(driver, middle)) * time_step)
         way += 0.5 * (speed + slower) * time_step
         speed = slower
-        course = path[reached(path, way) + 1, COURSE]
-        put(states, k + 1, pose_at(path, way, outlines[0, 0], outlines[0, 1]), course * speed)
+        place_ego(states, k + 1, path, way, outlines, speed)
         if not again.recorded:
             advance(plan, run, k + 1, not scored)
         if k + 1 < contact:
@@ -427,6 +426,13 @@ def start_from(plan: Plan, run: Run, again: Replayed, sample: int) -> bool:
 def pressed(driver: Driver, time: float) -> float:
     """Return the driver's deceleration `time` [s] after the first touch of the pedal [m/s^2]."""
     return driver.deceleration * (min(1.0, time / driver.ramp) if driver.ramp > 0.0 else 1.0)
+
+
+@inlined
+def place_ego(states: Floats, sample: int, path: Floats, way: float, outlines: Floats, speed: float) -> None:
+    """Write the state of the ego after a way along its recorded path."""
+    pose, course = pose_at(path, way, outlines[0, 0], outlines[0, 1]), path[reached(path, way) + 1, COURSE]
+    put(states, sample, pose, course * speed)
 
 
 @inlined

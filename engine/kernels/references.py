@@ -32,7 +32,7 @@ from engine.kernels.avoidance import (
     found_fault,
     in_its_car,
     limited_to,
-    put,
+    place_ego,
     record_others,
     start_from,
     touches,
@@ -43,7 +43,6 @@ from engine.kernels.geometry import shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.noticing import notices
 from engine.kernels.perception import (
-    COURSE,
     NEVER,
     OWN,
     PATH_HEADING,
@@ -53,8 +52,6 @@ from engine.kernels.perception import (
     Driver,
     first_sample,
     perceive,
-    pose_at,
-    reached,
 )
 from engine.kernels.rollout import advance
 from engine.kernels.rows import Requested, Window, note_outlines
@@ -249,7 +246,7 @@ def _find_ranges(plan: Plan, run: Run, contact: int, other: int, models: Floats,
         if models[number, 0] == CAREFUL:
             careful, answers[number] = True, COLLIDES
         else:
-            short = reason == NONE and available < models[number, 2]
+            short = reason == NONE and available < model_of(models, number).braking
             answers[number] = GRIP if short else reason
             others = others or answers[number] == NONE
     return careful, others
@@ -470,12 +467,7 @@ def _drives_into(
         slower = max(0.0, speed - max(min(held, available), wanted) * time_step)
         way += 0.5 * (speed + slower) * time_step
         acceleration, speed = (slower - speed) / time_step, slower
-        put(
-            states,
-            k + 1,
-            pose_at(path, way, outlines[0, 0], outlines[0, 1]),
-            path[reached(path, way) + 1, COURSE] * speed,
-        )
+        place_ego(states, k + 1, path, way, outlines, speed)
         if not again.recorded:
             advance(plan, run, k + 1, not scored)
         if touches(states, k, outlines):
