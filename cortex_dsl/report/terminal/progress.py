@@ -38,9 +38,9 @@ INTERVAL = 30.0
 
 
 FIRST_RUNS = 50
-"""Runs from which the cost of a run is estimated; fewer, if they take longer than `WARM`."""
+"""Runs after the first results from which the cost of a run is estimated; fewer, if they take longer than `WARM`."""
 WARM = 5.0
-"""Duration of the first results below which they are not measured, as they include loading [s]."""
+"""[s]"""
 LONG = 10.0
 """Least duration of the whole for which an estimate is shown [s]."""
 
@@ -62,9 +62,9 @@ class Estimate:
         now = time.monotonic()
         if self._shown or not done:
             return
-        if self._measured_from is None:
-            is_quick = now - self.started < WARM
-            self._measured_from = (now, done) if is_quick else (self.started, 0)
+        if self._measured_from is None:  # the first results include loading and compiling
+            self._measured_from = now, done
+            return
         since, before = self._measured_from
         runs, seconds = done - before, now - since
         if not runs or (runs < FIRST_RUNS and seconds < WARM):

@@ -108,6 +108,20 @@ def name_of_a_requirement(context: ErrorContext) -> Diagnostic | None:
     return errors.UNEXPECTED.at(found.span, "a name of several words needs quotes", cure=f'write `as "{written}"`')
 
 
+def comma_before_specifiers(context: ErrorContext) -> Diagnostic | None:
+    """`new Car, with speed 5`."""
+    words, place, after = context.words, context.place, context.after
+    if context.found.text != "," or place < 2 or words[place - 2].text != "new":
+        return None
+    if after is None or after.text not in SPECIFIER_WORDS:
+        return None
+    return errors.UNEXPECTED.at(
+        context.found.span,
+        "no comma stands before the first specifier",
+        cure=f"write `new {words[place - 1].text} {after.text} …`; commas separate further specifiers",
+    )
+
+
 def place_without_brackets(context: ErrorContext) -> Diagnostic | None:
     """`new Car at 1.75, -30`."""
     words, place = context.words, context.place

@@ -16,7 +16,7 @@ _STATEMENT_WORDS = (
     "behavior", "map", "model", "param", "simulation", "require", "terminate", "do", "take", "wait", "abort",
     "break", "continue", "return", "pass", "try", "if", "while", "interrupt", "elif", "else", "class", "monitor",
     "scenario", "setup", "compose", "precondition", "invariant", "import", "from", "record", "mutate", "override",
-    "signals", "expect", "maximize", "minimize",
+    "signals", "expect", "maximize", "minimize", "domain",
 )  # fmt: skip
 _NAMING = frozenset({"behavior", "class", "import", "map", "model", "monitor", "param", "scenario"})
 """Words that a name follows."""
@@ -42,6 +42,7 @@ _NAME_OF_A_THING = {
     "expect": "a condition: `expect always not self.collided`",
     "maximize": "a value: `maximize largest(ego.speed)`",
     "minimize": "a value: `minimize least(ego.speed)`",
+    "domain": 'a name and a value with its cells: `domain "speed" ego.speed in [(0, 5), (5, 10)]`',
     "override": "an object and specifiers: `override ego with speed 3`",
 }
 

@@ -66,6 +66,7 @@ MISTAKES = (
     Mistake("behavior Drive():\n    FollowLaneBehavior() for 3 s", "SCN122", phrasing.forgotten_do),
     Mistake("behavior Drive():\n    wait 3 s", "SCN101", phrasing.wait_for_a_time),
     Mistake('require x > 3, "near"', "SCN101", phrasing.name_of_a_requirement),
+    Mistake("ego = new Car, with speed 5", "SCN101", phrasing.comma_before_specifiers),
     Mistake("ego = new Car at 1.75, -30, facing 3", "SCN101", phrasing.place_without_brackets),
     Mistake("param SPEED 5 m/s", "SCN101", phrasing.param_without_equals),
     Mistake("terminate if x > 3", "SCN101", phrasing.terminate_if),
@@ -92,8 +93,9 @@ def explain(source: Source, layout: Layout, index: int, offset: int, accepts: fr
 
 
 def _unexpected(context: ErrorContext) -> Diagnostic:
-    expected = " or ".join(wanted) if (wanted := expectations(context)) and len(wanted) < 3 else _one_of(wanted)
     found = name_of(context.found)
+    wanted = [each for each in expectations(context) if each != found]  # a sign that only further signs make right
+    expected = " or ".join(wanted) if len(wanted) < 3 else _one_of(wanted)
     return errors.UNEXPECTED.at(
         context.found.span,
         f"expected {expected}, found {found}" if expected else f"{found} is unexpected here",
