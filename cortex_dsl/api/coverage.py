@@ -252,7 +252,9 @@ class _Coverage:
         )
 
     def _info(self, each: ir.Domain) -> DomainInfo:
-        ends = [None if not math.isfinite(end) else end / each.scale for end in (each.least, each.greatest)]
+        named = any(cell.item for cell in each.cells)  # the numbers behind names of things mean nothing to a reader
+        bounds = (each.least, each.greatest)
+        ends = [None if named or not math.isfinite(end) else end / each.scale for end in bounds]
         cells = tuple(cell.text for cell in each.cells)
         return DomainInfo(each.name, each.when, each.text, self.program.place(each.line), each.unit, cells, *ends)
 

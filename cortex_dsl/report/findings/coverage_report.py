@@ -54,9 +54,9 @@ class DomainInfo:
 
     @property
     def range_text(self) -> str:
-        """Return the possible values: "0 to 60 km/h"."""
+        """Return bounds of the possible values, as in "0 to 60 km/h"; empty if they are not known."""
         if self.least is None or self.greatest is None:
-            return "unknown"
+            return ""
         ends = f"{significant(self.least, 4)} to {significant(self.greatest, 4)} {self.unit}".rstrip()
         return significant(self.least, 4) + f" {self.unit}".rstrip() if self.least == self.greatest else ends
 
@@ -200,8 +200,10 @@ def _covered(_report: CoverageReport, cell: CellResult) -> str:
 
 def _impossible(report: CoverageReport, cell: CellResult) -> str:
     parts = [report.domains[domain] for domain in cell.culprits]
-    ranges = ", ".join(f"`{each.text}` is {each.range_text}" for each in parts)
-    return ranges if len(parts) == 1 else f"no scene has both: {ranges}, but not in these cells at once"
+    ranges = ", ".join(f"`{each.text}` is {each.range_text}" for each in parts if each.range_text)
+    values = " and ".join(f"`{each.text}`" for each in parts)
+    never = "never in this cell" if len(parts) == 1 else "never in these cells at once"
+    return f"{ranges}, {never}" if ranges else f"{values}: {never}, whatever the file draws"
 
 
 def _excluded(_report: CoverageReport, cell: CellResult) -> str:

@@ -67,7 +67,7 @@ def test_planted_cells_at_the_start(planted: Callable[..., Path], cortexc: Run) 
             assert [each["name"] for each in cell["requirements"]] == ["limit"]
             assert "line 8" in cell["reason"]
         if cell["state"] == "impossible":
-            assert cell["reason"] == "`ego.speed` is 5 to 15 m/s"
+            assert cell["reason"] == "`ego.speed` is 5 to 15 m/s, never in this cell"
             assert cell["culprits"] == [0]
     assert found.document["possible"] == 2
 
