@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.judging import compiling, read_by, usage_errors
-from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option, driver_words
+from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option, driver_words, excluded_by
 from cortex_dsl.console.request import SEED_LIMIT, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, gravest
 
@@ -117,7 +117,7 @@ def _exit_code(report: "ComparisonReport") -> Exit:
 # -- the command -------------------------------------------------------------------------------------------------------
 
 _MISSING = ("A and B are missing", "name two drivers and files, as in `cortexc compare A B scenarios`")
-_ONE = replace(SEED, flag="--scene", help="drive the scene of one seed only", excludes=("budget", "search", "max_new"))
+_ONE = replace(SEED, flag="--scene", help="drive the scene of one seed only", type=whole_number(0, SEED_LIMIT))
 COMPARE = Command(
     name="compare",
     usage="A B [FILES] [--budget N] [--out DIR] [options]",
@@ -126,16 +126,19 @@ COMPARE = Command(
         Option("a", "a driver, a file, or the folder of a search", "A", nargs="?", missing=_MISSING),
         Option("b", "what is compared with it", "B", nargs="?", missing=_MISSING),
         Option("files", "scenarios and folders of them, for drivers", "FILES", Path, nargs="*"),
-        Option("--budget", "pairs on each file, or time for all: 2000, 90s (1,000)", "N", read_by("budget_of")),
         replace(SEED, type=whole_number(0, 9_000_000_000)),
-        Option("--search", "scenes of a search for differences", "N", whole_number(1, 10**7), default=0),
-        Option(
-            "--max-new",
-            "largest probability of a new failure, decided at 95 %% by --budget",
-            "P",
-            read_by("probability_of", "--max-new"),
+        *excluded_by(
+            _ONE.dest,
+            Option("--budget", "pairs on each file, or time for all: 2000, 90s (1,000)", "N", read_by("budget_of")),
+            Option("--search", "scenes of a search for differences", "N", whole_number(1, 10**7), default=0),
+            Option(
+                "--max-new",
+                "largest probability of a new failure, decided at 95 %% by --budget",
+                "P",
+                read_by("probability_of", "--max-new"),
+            ),
         ),
-        replace(_ONE, type=whole_number(0, SEED_LIMIT)),
+        _ONE,
         replace(EGO, flag="--ego-a", help="driver of A, for files and searches"),
         replace(EGO, flag="--ego-b", help="driver of B"),
         *(replace(row, needs=()) for row in DRIVER[1:]),

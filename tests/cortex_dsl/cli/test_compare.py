@@ -480,7 +480,7 @@ BAD = {
     ),
     "scene and budget": (
         (driver("coasts"), driver("brakes"), "out.scn", "--scene", "3", "--budget", "5"),
-        "--scene has no",
+        "--budget has no effect with --scene",
     ),
 }
 
