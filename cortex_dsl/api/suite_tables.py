@@ -20,6 +20,10 @@ TABLE = "suite.toml"
 SUITES = Path(__file__).parents[1] / "suites"
 """Folder of the suites of the package."""
 Number = int | float | str
+IMPACTS = {"relative": -1.0, "ego": 0.0, "oncoming": 1.0}
+"""Impact speed of a target with the direction of the ego, across it and against it: the share of the target's speed that is
+added to the ego's.
+"""
 VERIFIED, UNVERIFIED = "verified", "unverified"
 
 
@@ -59,7 +63,7 @@ class Group:
     file: Path | None
     """None if it cannot be run."""
     impact: str
-    """Impact speed: `relative`, or `ego`, that of the ego alone."""
+    """Impact speed, a key of `IMPACTS`."""
     points: Mapping[str, float]
     """Points by range."""
     cells: tuple[Cell, ...]
@@ -206,8 +210,8 @@ def _group(path: Path, folder: Path, row: Mapping[str, Any], first: int) -> Grou
     file = folder / row["file"] if "file" in row else None
     if file is not None and not file.is_file():
         raise keys.mistake(f"names `{row['file']}`, which is not there")
-    if (impact := row.get("impact", "relative")) not in ("relative", "ego"):
-        raise keys.mistake(f"has the impact `{impact}`; there are relative and ego")
+    if (impact := row.get("impact", "relative")) not in IMPACTS:
+        raise keys.mistake(f"has the impact `{impact}`; there are {', '.join(IMPACTS)}")
     cells = list[Cell]()
     for part in row["cells"]:
         _Keys(path, keys.place, part).check({}, params=True)

@@ -21,9 +21,10 @@ from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.api.contenders import Contender, NotComparableError, Side, SideKind, contender, side_of
 from cortex_dsl.api.limits import Budget, budget_of
 from cortex_dsl.api.seeded_runs import KMH, OnRuns, Prepare, check_mistake, check_seed, drive, end_numbers, touched
-from cortex_dsl.api.suite_tables import Cell, Group, Suite, SuiteError, suite_of
+from cortex_dsl.api.suite_tables import IMPACTS, Cell, Group, Suite, SuiteError, suite_of
 from cortex_dsl.api.testing import results_of_files
 from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.suite_report import (
     CellResult,
     Deviation,
@@ -69,7 +70,8 @@ class SuitePlan:
     budget: Budget = field(default_factory=lambda: budget_of(RUNS))
     seed: int = 0
     jobs: int = 1
-    keeps_cases: bool = False
+    folder: Path | None = None
+    """Folder of the results, in which cases are kept; None: none is kept."""
 
 
 OnGroup = Callable[[GroupResult], None]
@@ -263,7 +265,7 @@ class _Running:
             found = self._cell(cell, genome)
             cells.append(replace(found, references=answers[number] if answers else {}))
             if self.on_runs is not None:
-                self.on_runs(number + 1, len(genomes))
+                self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
         return GroupResult(self.group.name, tuple(cells), self.group.points, runs=self.runs, files=self.files)
 
     def _nominal(self, cell: Cell) -> Floats:
@@ -362,7 +364,7 @@ class _Running:
         contact = touched(outcomes)
         pair = np.maximum(outcomes.contact_actors[:, 1] - 1, 0)
         ego, other = outcomes.ego_speed[rows, pair] * KMH, outcomes.other_speed[rows, pair] * KMH
-        impact = np.where(contact, ego if self.group.impact == "ego" else ego - other, np.nan)
+        impact = np.where(contact, ego + IMPACTS[self.group.impact] * other, np.nan)
         reduction = genomes[:, self.space.names.index("SPEED")] - ego if "SPEED" in self.space.names else -ego
         speed = float(cell.params.get("SPEED", 0.0))
         colour = colours(cell.rule, speed, contact, np.nan_to_num(impact), np.nan_to_num(reduction), cell.limit)
@@ -453,12 +455,12 @@ class _Running:
             impact=float(judged.impact[row]),
             event=judged.events(row),
             case=case,
-            replay=join(["cortexc", case, *words]) if case else "",
+            replay=join(["cortexc", as_argument(self.plan.folder / case), *words]) if case and self.plan.folder else "",
         )
 
     def _kept(self, cell: Cell, scenes: Scenes, row: int) -> str:
         """Keep a run as a scenario of its own; return its place."""
-        if not self.plan.keeps_cases:
+        if self.plan.folder is None:
             return ""
         name = re.sub(r"[^\w.+-]+", "-", cell.id) + ".scn"
         texts = self.side.scenario.concrete_files(scenes, row, remark=f"{cell.id}: fails", name=name)
