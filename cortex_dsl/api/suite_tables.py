@@ -42,7 +42,7 @@ class Cell:
     range: str
     """Range of its points: standard or extended; "" if the suite has none."""
     params: Mapping[str, Number]
-    """Values of params, in the units of the scenario."""
+    """Values of params, in the units of the scenario; a text is a label that only its id has."""
     search: Mapping[str, tuple[float, float]]
     """Ranges of params in which a contact is searched."""
     rule: Rule

@@ -187,8 +187,9 @@ def run_group(
         diagnostics = tuple(error.diagnostics)
         result = replace(result, cells=found, error=error, source=error.source, diagnostics=diagnostics)
     except (ControllerError, NotComparableError) as error:
-        found = tuple(_not_run(cell, error.message) for cell in group.cells)
-        result = replace(result, cells=found, refusal=error.message)
+        reason = error.message.replace(str(group.file), group.file.name)
+        found = tuple(_not_run(cell, reason) for cell in group.cells)
+        result = replace(result, cells=found, refusal=reason)
     return replace(result, seconds=time.monotonic() - started)
 
 
@@ -277,16 +278,17 @@ class _Running:
         space, file = self.space, self.group.file
         assert file is not None
         genome = np.zeros(len(space))
-        for name in (*cell.params, *cell.search):
+        held = {name: value for name, value in cell.params.items() if not isinstance(value, str)}
+        for name in (*held, *cell.search):
             if name not in space.names:
                 raise SuiteError(f"cell `{cell.id}` holds `{name}`, which is no param of {file.name}", "correct the table")
         for gene, name in enumerate(space.names):
-            value = cell.params.get(name, cell.search.get(name, (0.0,))[0])
-            if not isinstance(value, int | float) or not space.low[gene] <= value <= space.high[gene]:
+            low, high = cell.search.get(name, (held.get(name, 0.0),) * 2)
+            if not space.low[gene] <= low <= high <= space.high[gene]:
                 ends = f"{space.low[gene]:g} to {space.high[gene]:g} {space.units[gene]}".rstrip()
-                what = "holds no value of" if value == 0.0 else f"has {value} for"
+                what = "holds no value of" if name not in {*held, *cell.search} else f"has {low:g} to {high:g} for"
                 raise SuiteError(f"cell `{cell.id}` {what} `{name}` of {file.name}", f"give one from {ends}")
-            genome[gene] = value
+            genome[gene] = low
         return genome
 
     def _free(self, cell: Cell) -> Ints:
@@ -534,14 +536,19 @@ def spread(count: int, dimensions: int) -> Floats:
 
 
 def largest_ranges(points: Floats, failed: Bools, ends: Floats) -> Iterator[tuple[float, float]]:
-    """Yield for each param the largest range between the failing points (n, d) or the ends (d, 2)."""
-    for column, (low, high) in enumerate(ends.tolist()):
-        stops = np.unique([low, *points[failed, column].tolist(), high])
-        if not failed.any() or len(stops) == 1:
-            yield low, high
-            continue
-        widest = int(np.argmax(np.diff(stops)))
-        yield float(stops[widest]), float(stops[widest + 1])
+    """Yield for each param the range of the most points (n, d) that lie between failing ones; NaN if all fail.
+
+    Its ends are points; without a failing one they are those of the range searched (d, 2).
+    """
+    if not failed.any():
+        yield from map(tuple, ends.tolist())
+        return
+    for column in range(len(ends)):
+        order = np.argsort(points[:, column], kind="stable")
+        kept = np.split(points[order, column], np.flatnonzero(failed[order]))
+        inside = [part[1:] if number else part for number, part in enumerate(kept)]
+        most = max(inside, key=len)
+        yield (float(most[0]), float(most[-1])) if len(most) else (math.nan, math.nan)
 
 
 def suite_files(suite: Suite) -> Mapping[str, Path]:

@@ -127,7 +127,7 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
         folder=options.out,
     )
     if not options.json:
-        terminal.out.print(f"{suite.title}\n{suite.edition}\n", style="title", soft_wrap=True)
+        terminal.out.print(f"{suite.edition}\n", style="quiet", soft_wrap=True)
     with GateProgress(terminal.err, len(suite.groups), "group") as progress:
 
         def on_group(group: "GroupResult") -> None:

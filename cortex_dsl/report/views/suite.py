@@ -17,9 +17,6 @@ SHOWN = 12
 def suite_view(report: SuiteReport, shown: int | None = SHOWN) -> Title:
     """Return the view; at most `shown` cells of each list, all of them with None."""
     blocks: list[Block] = [_groups(report)]
-    for group in report.groups:
-        if group.refusal:
-            blocks.append(Caution(f"{group.name}: {group.refusal}"))
     lists = (
         ("Cells that fail", [cell for cell in report.cells if cell.outcome in (Outcome.FAIL, Outcome.ERROR)]),
         ("Cells that pass, and fail within the tolerances", [cell for cell in report.cells if _is_fragile(cell)]),
@@ -37,7 +34,7 @@ def suite_view(report: SuiteReport, shown: int | None = SHOWN) -> Title:
     if report.timed:
         blocks.append(Note(f"the number of runs depends on the machine: --budget {report.budget}", "quiet"))
     blocks.append(Note(Value(report.headline, "good" if report.passed else "bad"), apart=True))
-    return Title(report.title, blocks, report.edition)
+    return Title(report.title, blocks)
 
 
 def _is_fragile(cell: CellResult) -> bool:
@@ -46,15 +43,13 @@ def _is_fragile(cell: CellResult) -> bool:
 
 def _groups(report: SuiteReport) -> Table:
     """Return counts and points of each group."""
-    columns = (
-        Column("group"),
-        Column("cells", numbers=True),
-        *(Column(each, numbers=True) for each in Outcome),
-        Column("standard", numbers=True, rank=2),
-        Column("extended", numbers=True, rank=1),
-    )
-    rows = [(group.name, f"{len(group.cells):,}", *_counts(group), *_points(group)) for group in report.groups]
-    return Table(columns, rows, name="groups")
+    columns = Column("group"), Column("cells", numbers=True), *(Column(each, numbers=True) for each in Outcome)
+    rows = [(group.name, f"{len(group.cells):,}", *_counts(group)) for group in report.groups]
+    if report.points is None:
+        return Table(columns, rows, name="groups")
+    scored = [(*row, *_points(group)) for row, group in zip(rows, report.groups, strict=True)]
+    ranges = Column("standard", numbers=True, rank=2), Column("extended", numbers=True, rank=1)
+    return Table((*columns, *ranges), scored, name="groups")
 
 
 def _counts(group: GroupResult) -> Iterator[Value]:
@@ -112,8 +107,9 @@ def _ranges(cells: Sequence[CellResult]) -> Table:
         ends = [
             f"{name} {significant(low, 4)} to {significant(high, 4)} {searched.units[name]}".rstrip()
             for name, (low, high) in searched.ranges.items()
+            if low == low  # noqa: PLR0124 - NaN
         ]
-        rows.append((cell.id, f"{searched.runs:,}", f"{searched.contacts:,}", ", ".join(ends)))
+        rows.append((cell.id, f"{searched.runs:,}", f"{searched.contacts:,}", ", ".join(ends) or "no part of it"))
     heads = Column("cell"), Column("runs", numbers=True), Column("contacts", numbers=True), Column("none in", wrap=True)
     return Table(heads, rows, name="ranges")
 
@@ -123,9 +119,10 @@ def _not_run(report: SuiteReport) -> Iterator[Block]:
     left = [cell for cell in report.cells if cell.outcome is Outcome.NOT_RUN]
     if not left:
         return
-    counts = Counter((cell.group, cell.reason) for cell in left)
-    rows = [(group, f"{count:,}", reason) for (group, reason), count in counts.items()]
-    columns = Column("group"), Column("cells", numbers=True), Column("reason", wrap=True)
+    counts = Counter(cell.reason for cell in left)
+    groups = {reason: dict.fromkeys(cell.group for cell in left if cell.reason == reason) for reason in counts}
+    rows = [(", ".join(groups[reason]), f"{count:,}", reason) for reason, count in counts.items()]
+    columns = Column("groups", wrap=True), Column("cells", numbers=True), Column("reason", wrap=True)
     yield Title("Not run", [Table(columns, rows, name="not run")], f"{counted(len(left), 'cell')}, none of which passes")
 
 
