@@ -21,8 +21,8 @@ SUITES = Path(__file__).parents[1] / "suites"
 """Folder of the suites of the package."""
 Number = int | float | str
 IMPACTS = {"relative": -1.0, "ego": 0.0, "oncoming": 1.0}
-"""Impact speed of a target with the direction of the ego, across it and against it: the share of the target's speed that is
-added to the ego's.
+"""Impact speed of a target in the direction of the ego, across it, and against it: share of the target's speed that is
+added to that of the ego.
 """
 VERIFIED, UNVERIFIED = "verified", "unverified"
 
@@ -157,9 +157,16 @@ def read_suite(folder: Path) -> Suite:
         number += len(group.cells)
         groups.append(group)
     _check_unique(path, groups)
-    texts = {key: str(table[key]) for key in ("title", "edition", "document")}
-    lists = {key: tuple(table.get(key, ())) for key in ("notes", "entry")}
-    return Suite(name=folder.resolve().name, folder=folder, groups=tuple(groups), **texts, **lists)
+    return Suite(
+        name=folder.resolve().name,
+        folder=folder,
+        title=table["title"],
+        edition=table["edition"],
+        document=table["document"],
+        notes=tuple(table.get("notes", ())),
+        entry=tuple(table.get("entry", ())),
+        groups=tuple(groups),
+    )
 
 
 _SUITE = {"title": str, "edition": str, "document": str, "groups": list}

@@ -1,5 +1,7 @@
-"""Runs of a suite: for each cell the nominal test, the probability of a failure within the tolerances of the document, the
-least deviation at which it fails, and the answers of reference drivers. Prints nothing.
+"""Runs of a suite. Prints nothing.
+
+Each cell has the nominal test, the probability of a failure within the tolerances of the document, the least deviation
+at which it fails, and the answers of reference drivers.
 
 The result of a cell depends on the cell, the driver and the plan only: its random numbers follow from its place in the
 whole table. Params that no cell holds are deviations, in units of their tolerance; the nominal test has 0.
@@ -206,7 +208,9 @@ def _with_speed(side: Side) -> Side:
 
 
 def _cell(cell: Cell, outcome: Outcome, **known: object) -> CellResult:
-    parts = {name: getattr(cell, name) for name in ("id", "group", "range", "params", "rule", "limit", "source", "status")}
+    parts = {
+        name: getattr(cell, name) for name in ("id", "group", "range", "params", "rule", "limit", "source", "status")
+    }
     return CellResult(**parts, outcome=outcome, **known)  # type: ignore[arg-type]
 
 
@@ -236,16 +240,10 @@ class _Judged:
         return self.valid & (self.colour == RED)
 
 
-class _Lost(Exception):
-    """The driver failed in a run."""
-
-
 class _Running:
     """Runs of the cells of a group."""
 
-    def __init__(
-        self, group: Group, plan: SuitePlan, side: Contender, until: float, on_runs: OnRuns | None
-    ) -> None:
+    def __init__(self, group: Group, plan: SuitePlan, side: Contender, until: float, on_runs: OnRuns | None) -> None:
         self.group, self.plan, self.side = group, plan, side
         self.until, self.on_runs = until, on_runs
         self.space = side.program.space
@@ -281,7 +279,9 @@ class _Running:
         held = {name: value for name, value in cell.params.items() if not isinstance(value, str)}
         for name in (*held, *cell.search):
             if name not in space.names:
-                raise SuiteError(f"cell `{cell.id}` holds `{name}`, which is no param of {file.name}", "correct the table")
+                raise SuiteError(
+                    f"cell `{cell.id}` holds `{name}`, which is no param of {file.name}", "correct the table"
+                )
         for gene, name in enumerate(space.names):
             low, high = cell.search.get(name, (held.get(name, 0.0),) * 2)
             if not space.low[gene] <= low <= high <= space.high[gene]:
@@ -302,8 +302,6 @@ class _Running:
             return self._searched(cell, genome) if cell.search else self._tested(cell, genome)
         except ControllerError as error:
             return _cell(cell, Outcome.ERROR, reason=error.message)
-        except _Lost as error:
-            return _cell(cell, Outcome.ERROR, reason=str(error))
 
     def _tested(self, cell: Cell, genome: Floats) -> CellResult:
         nominal = self._run(cell, genome[np.newaxis], 0)
@@ -350,8 +348,7 @@ class _Running:
 
         Raises:
             CompileError: a run met a mistake of the file.
-            ControllerError: the driver fails everywhere.
-            _Lost: the driver failed in a run.
+            ControllerError: the driver fails in a run.
         """
         side, scenario = self.side, self.side.scenario
         keys = self._keys(cell, len(genomes), first)
@@ -360,7 +357,7 @@ class _Running:
         done = drive(scenario, driver, scenes, self.plan.jobs)
         check_mistake(scenario, done, cell.id)
         if done.failures:
-            raise _Lost(done.failures[0].what)
+            raise done.failures[0]
         self.runs += len(genomes)
         outcomes, rows = done.outcomes, np.arange(len(genomes))
         contact = touched(outcomes)
@@ -381,8 +378,8 @@ class _Running:
     def _least(self, cell: Cell, genome: Floats, nominal: _Judged, drawn: _Judged | None) -> Deviation | None:
         """Return the least deviation found at which the cell fails; None if no run within the tolerances does.
 
-        Corners of the tolerances and the drawn runs begin; from failing ones the way back to the nominal test is halved,
-        and draws within the least deviation so far follow.
+        Corners of the tolerances and the drawn runs come first. From failing ones the way back to the nominal test is
+        halved, and draws within the least deviation so far follow.
         """
         if nominal.failed[0]:
             return self._deviation(cell, genome, nominal, 0)

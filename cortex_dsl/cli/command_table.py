@@ -158,7 +158,7 @@ def _compare() -> Command:
     return COMPARE
 
 
-@_subcommand("study", "many runs of several methods, compared run by run", "[FILES]")
+@_subcommand("study", "many runs of several methods, compared run by run", "[FILES]", first_page=False)
 def _study() -> Command:
     from cortex_dsl.cli.study import STUDY
 

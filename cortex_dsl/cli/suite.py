@@ -55,7 +55,9 @@ def _suite(options: argparse.Namespace, terminal: Terminal) -> int:
         if options.only:
             suite = suite.only(options.only)
         if options.ego is None:
-            raise UsageError("no driver given", "name one, as in `--ego EmergencyBrakeBehavior`, or --ego python:mine:drive")
+            raise UsageError(
+                "no driver given", "name one, as in `--ego EmergencyBrakeBehavior`, or --ego python:mine:drive"
+            )
         report = _run(suite, options, terminal)
     _show_end(report, options, terminal)
     return _exit_code(report)
@@ -115,7 +117,9 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
 
     side = side_of(options.ego, None, options.ego_batch, options.ego_observes)
     if side.kind not in ON_FILES:
-        raise UsageError(f"`{options.ego}` is a {side.kind} and no driver", "name python:..., process:..., or a behavior")
+        raise UsageError(
+            f"`{options.ego}` is a {side.kind} and no driver", "name python:..., process:..., or a behavior"
+        )
     check_output(options.junit)
     if options.out is not None:
         new_directory(options.out)

@@ -1,8 +1,8 @@
 """Colours of rating tests by the speed at contact, and the points of a scenario. Plain numpy.
 
-Source: the Euro NCAP rating calculator 2026 (package `euroncap-rating-2026` 5.4.9), which follows the Frontal Collisions
-protocol 1.2: `ComputedTestPoint`, `compute_predicted_score` and `apply_extended_range_bands`. Its bands are half open: a
-speed at the upper end of a band belongs to the next one.
+Source: the Euro NCAP rating calculator 2026 (package `euroncap-rating-2026` 5.4.9), which follows the protocol of
+Frontal Collisions 1.2: `ComputedTestPoint`, `compute_predicted_score` and `apply_extended_range_bands`. Its bands are
+half open: a speed at the upper end of a band belongs to the next one.
 """
 
 import math
@@ -66,9 +66,7 @@ COLOURS = tuple(Colour)
 RED = COLOURS.index(Colour.RED)
 
 
-def colours(
-    rule: Rule, speed: float, contact: Bools, impact: Floats, reduction: Floats, limit: float = 0.0
-) -> Ints:
+def colours(rule: Rule, speed: float, contact: Bools, impact: Floats, reduction: Floats, limit: float = 0.0) -> Ints:
     """Return (n,) the places of the colours of runs in `COLOURS`.
 
     Args:

@@ -188,7 +188,7 @@ def suite_content(report: SuiteReport) -> dict[str, Any]:
         "budget": report.budget,
         "command": report.command,
         "passed": report.passed,
-        "counts": {each.lower().replace(" ", "_"): report.count(each) for each in Outcome},
+        "counts": {each.name.lower(): report.count(each) for each in Outcome},
         "points": report.points,
         "broken_entry_conditions": list(report.entry),
         "groups": [_group_content(group) for group in report.groups],
@@ -196,13 +196,15 @@ def suite_content(report: SuiteReport) -> dict[str, Any]:
 
 
 def _group_content(group: GroupResult) -> dict[str, Any]:
+    from cortex_dsl.report.findings.snippet import as_json
+
     return {
         "name": group.name,
         "file": group.file,
         "digest": group.digest,
         "runs": group.runs,
         "refusal": group.refusal,
-        "diagnostics": [each.to_dict(group.source) for each in group.diagnostics] if group.source else [],
+        "diagnostics": [] if group.source is None else as_json(group.source, group.diagnostics),
         "points": {range_: group.score(range_) for range_ in group.points},
         "cells": [_cell_content(cell) for cell in group.cells],
     }
@@ -218,7 +220,7 @@ def _cell_content(cell: CellResult) -> dict[str, Any]:
         "limit": cell.limit,
         "source": cell.source,
         "status": cell.status,
-        "outcome": cell.outcome,
+        "outcome": cell.outcome.name.lower(),
         "reason": cell.reason,
         "colour": cell.colour,
         "contact": cell.contact,
@@ -256,9 +258,10 @@ def suite_rows(report: SuiteReport) -> Iterator[Sequence[object]]:
     for cell in report.cells:
         least = cell.deviation
         numbers = (cell.probability, cell.low, cell.high, least.size if least else float("nan"))
-        shown = ["" if number != number else number for number in (cell.impact, *numbers)]  # noqa: PLR0124 - NaN
+        shown = ["" if number != number else number for number in (cell.impact, *numbers)]
         yield (
-            cell.id, cell.range, cell.status, cell.outcome, cell.colour or "", shown[0], cell.rule, cell.limit,
-            cell.runs, cell.failures, *shown[1:], least.case if least else "", cell.reason, cell.source,
+            cell.id, cell.range, cell.status, cell.outcome.name.lower(), cell.colour or "", shown[0],
+            cell.rule, cell.limit, cell.runs, cell.failures, *shown[1:], least.case if least else "",
+            cell.reason, cell.source,
             *(cell.references.get(name, "") for name in names),
         )  # fmt: skip

@@ -30,7 +30,9 @@ def suite_page(report: SuiteReport) -> str:
             element("footer", "Written by cortexc. This file needs no network and contains all its data."),
         ),
     ]
-    return page(f"{report.suite}: {without_folders(report.driver)}", body, {"suite": plain(suite_content(report))}, ("page.js",))
+    return page(
+        f"{report.suite}: {without_folders(report.driver)}", body, {"suite": plain(suite_content(report))}, ("page.js",)
+    )
 
 
 def _hero(report: SuiteReport) -> Element:
@@ -43,7 +45,9 @@ def _hero(report: SuiteReport) -> Element:
         element("h1", report.title),
         element("p", "Driver: ", element("code", without_folders(report.driver)), class_="description"),
         element("p", f"{report.headline}.", class_="headline", id="verdict"),
-        folded("What this does not show", element("ul", [element("li", prose(text)) for text in (*LIMITS, *report.notes)])),
+        folded(
+            "What this does not show", element("ul", [element("li", prose(text)) for text in (*LIMITS, *report.notes)])
+        ),
         nodes(Facts(tiles, tiles=True)),
         class_="hero",
     )

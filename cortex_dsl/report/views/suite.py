@@ -107,7 +107,7 @@ def _ranges(cells: Sequence[CellResult]) -> Table:
         ends = [
             f"{name} {significant(low, 4)} to {significant(high, 4)} {searched.units[name]}".rstrip()
             for name, (low, high) in searched.ranges.items()
-            if low == low  # noqa: PLR0124 - NaN
+            if low == low
         ]
         rows.append((cell.id, f"{searched.runs:,}", f"{searched.contacts:,}", ", ".join(ends) or "no part of it"))
     heads = Column("cell"), Column("runs", numbers=True), Column("contacts", numbers=True), Column("none in", wrap=True)
@@ -123,7 +123,9 @@ def _not_run(report: SuiteReport) -> Iterator[Block]:
     groups = {reason: dict.fromkeys(cell.group for cell in left if cell.reason == reason) for reason in counts}
     rows = [(", ".join(groups[reason]), f"{count:,}", reason) for reason, count in counts.items()]
     columns = Column("groups", wrap=True), Column("cells", numbers=True), Column("reason", wrap=True)
-    yield Title("Not run", [Table(columns, rows, name="not run")], f"{counted(len(left), 'cell')}, none of which passes")
+    yield Title(
+        "Not run", [Table(columns, rows, name="not run")], f"{counted(len(left), 'cell')}, none of which passes"
+    )
 
 
 def group_view(group: GroupResult) -> Title:
