@@ -247,6 +247,7 @@ class _Running:
         self.group, self.plan, self.side = group, plan, side
         self.until, self.on_runs = until, on_runs
         self.space = side.program.space
+        self.blind = None if group.file is None else _blind(group.file)
         self.runs = 0
         self.files: dict[str, bytes] = {}
 
@@ -258,11 +259,9 @@ class _Running:
             SuiteError: a cell does not fit the scenario.
         """
         genomes = [self._nominal(cell) for cell in self.group.cells]
-        answers = self._references(np.array(genomes))
         cells = list[CellResult]()
         for number, (cell, genome) in enumerate(zip(self.group.cells, genomes, strict=True)):
-            found = self._cell(cell, genome)
-            cells.append(replace(found, references=answers[number] if answers else {}))
+            cells.append(self._cell(cell, genome))
             if self.on_runs is not None:
                 self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
         return GroupResult(self.group.name, tuple(cells), self.group.points, runs=self.runs, files=self.files)
@@ -308,7 +307,7 @@ class _Running:
         if not nominal.valid[0]:
             return _not_run(cell, "the nominal test has no valid scene")
         outcome = Outcome.FAIL if nominal.failed[0] else Outcome.PASS
-        found = self._described(cell, outcome, nominal, 0)
+        found = replace(self._described(cell, outcome, nominal, 0), references=self._references(cell, nominal.genomes))
         drawn = self._drawn(cell, genome)
         if drawn is not None:
             runs, failures = int(drawn.valid.sum()), int(drawn.failed.sum())
@@ -479,13 +478,16 @@ class _Running:
         genomes[:, genes] = ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
         judged = self._run(cell, genomes, 0)
         failing = np.flatnonzero(judged.failed)
-        row = int(failing[np.nanargmax(judged.impact[failing])]) if len(failing) else 0
         if not judged.valid.any():
             return _not_run(cell, "no test of the range has a valid scene")
+        worst = failing[np.argmax(judged.impact[failing])] if len(failing) else np.argmax(judged.valid)
+        row = int(worst)
         found = self._described(cell, Outcome.FAIL if len(failing) else Outcome.PASS, judged, row)
-        ranges = largest_ranges(genomes[:, genes], judged.failed, ends)
+        ranges = largest_ranges(genomes[judged.valid][:, genes], judged.failed[judged.valid], ends)
         units = {name: self.space.units[gene] for name, gene in zip(names, genes, strict=True)}
-        searched = SearchedRange(len(genomes), len(failing), dict(zip(names, ranges, strict=True)), units)
+        runs = int(judged.valid.sum())
+        searched = SearchedRange(runs, len(failing), dict(zip(names, ranges, strict=True)), units)
+        found = replace(found, references=self._references(cell, genomes))
         least = self._deviation(cell, genome, judged, row) if len(failing) else None
         if least is not None:
             values = {name: float(genomes[row, gene]) for name, gene in zip(names, genes, strict=True)}
@@ -494,23 +496,31 @@ class _Running:
 
     # -- reference drivers
 
-    def _references(self, genomes: Floats) -> list[dict[str, str]] | None:
-        """Return the answers of the reference drivers for each cell; None if no ego can keep its speed in the file."""
-        assert self.group.file is not None
-        try:
-            blind = contender(Side(BLIND, SideKind.BEHAVIOUR), self.group.file)
-        except (CompileError, NotComparableError):
-            return None
-        program, config = blind.program, blind.scenario.config
-        keys = key_rows(self.plan.seed, Method.SAMPLE, 0, 0, np.arange(len(genomes)))
-        scenes = sample(program, genomes, keys, config.simulation, self.plan.jobs)
+    def _references(self, cell: Cell, genomes: Floats) -> dict[str, str]:
+        """Return the answer of each reference driver, or the number of tests that it avoids of several.
+
+        The tests have these genomes (n, d), and an ego that keeps its speed; {} if none can in the file.
+        """
+        if self.blind is None:
+            return {}
+        program, config = self.blind.program, self.blind.scenario.config
+        scenes = sample(program, genomes, self._keys(cell, len(genomes)), config.simulation, self.plan.jobs)
         answers, _ = answers_and_margins(
             program, scenes, config.simulation, config.contact, self.plan.jobs, NAMES, measured=False
         )
-        return [
-            {name: ANSWERS[Answer(said)] for name, said in zip(NAMES, row, strict=True) if said != Answer.NONE}
-            for row in answers.tolist()
-        ]
+        if len(genomes) == 1:
+            return {name: ANSWERS[Answer(said)] for name, said in zip(NAMES, answers[0], strict=True) if said >= 0}
+        avoids, collides = ((answers == said).sum(axis=0).tolist() for said in (Answer.AVOIDS, Answer.COLLIDES))
+        counts = zip(NAMES, avoids, collides, strict=True)
+        return {name: f"avoids {most:,} of {most + rest:,}" for name, most, rest in counts if most + rest}
+
+
+def _blind(file: Path) -> Contender | None:
+    """Return an ego that keeps its speed; None if none can drive in the file."""
+    try:
+        return contender(Side(BLIND, SideKind.BEHAVIOUR), file)
+    except (CompileError, NotComparableError):
+        return None
 
 
 # -- points that fill a range ------------------------------------------------------------------------------------------

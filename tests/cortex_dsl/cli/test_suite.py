@@ -261,7 +261,7 @@ def test_cells_that_cannot_be_represented_are_listed_and_never_pass(cortexc: Run
     ("words", "message"),
     [
         (("suite",), "no suite given"),
-        (("suite", "un-r151", "--ego", "EmergencyBrakeBehavior"), "did you mean `un-r152`?"),
+        (("suite", "un-r1522", "--ego", "EmergencyBrakeBehavior"), "did you mean `un-r152`?"),
         (("suite", "un-r152"), "no driver given"),
         (("suite", "un-r152", "--ego", "EmergencyBrakeBehavior", "--only", "cars*"), "matches no cell"),
         (("suite", "un-r152", "--ego", "EmergencyBreakBehavior"), "did you mean `EmergencyBrakeBehavior`?"),
@@ -354,3 +354,27 @@ def test_the_list_names_every_suite(cortexc: Run) -> None:
     assert set(rows) == set(suite_names())
     assert all(0 < row["can_be_run"] <= row["cells"] for row in rows.values())
     assert "euroncap-2026" in cortexc("suite", "list").out
+
+
+# -- UN R157 -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_cut_in_counts_from_the_intrusion_of_the_regulation() -> None:
+    """The share of the lane change at which the tyre is 0.3 m over the marking is that of the quintic of least jerk."""
+    text = (suite_of("un-r157").folder / "cut_in.scn").read_text()
+    share = float(text.split("intrusion = ")[1].split(" *")[0])
+    moved = 10 * share**3 - 15 * share**4 + 6 * share**5
+    assert moved == pytest.approx(((3.5 - 1.9) / 2 + 0.3) / 3.5, abs=1e-3)
+
+
+def test_cut_ins_that_can_be_avoided_are_avoided_by_a_driver_that_keeps_its_gap_and_no_other() -> None:
+    """Scenes in which the regulation does not demand it do not count."""
+    only = ["cut-in/40/20", "cut-in/60/10"]
+    careful = run_suite("un-r157", "EmergencyBrakeBehavior(CarFollowingBehavior(EGO_SPEED))", only=only, budget=60)
+    assert careful.passed
+    blind = run_suite("un-r157", BLIND, only=only, budget=60)
+    for cell in blind.cells:
+        assert cell.outcome is Outcome.FAIL
+        assert cell.searched is not None
+        assert 0 < cell.searched.contacts <= cell.searched.runs < 64
+        assert cell.references["careful"].startswith("avoids")
