@@ -139,3 +139,23 @@ def test_a_brake_holds_its_deceleration_down_to_its_speed(
     lasted = np.maximum(time - delay, 0.0)
     lost = rate * np.where(lasted < rise, lasted**2 / (2.0 * max(rise, 1e-9)), lasted - rise / 2.0)
     np.testing.assert_allclose(v, np.minimum(first, np.maximum(first - lost, end)), atol=1e-6)
+
+
+def test_an_expectation_limits_the_relative_speed_at_contact() -> None:
+    """It is broken in the runs whose speeds at contact differ by more, as the outcomes have them."""
+    limit = 10.0 / 3.6
+    scenario = compile_text(
+        """
+map road(length=400 m)
+param SPEED = Range(30, 60) km/h
+ego = new Car following roadDirection from network.lanes[0].centerline[0] for 50 m, with speed SPEED,
+    with behavior EmergencyBrakeBehavior(FollowLaneBehavior(SPEED), threshold=0.8 s)
+other = new Car meeting ego at 0.5 after 4 s, with speed 5 km/h, with behavior FollowLaneBehavior(5 km/h)
+expect always not self.collided or ego.speed - other.speed <= 10 km/h as "at most 10 km/h at contact"
+"""
+    )
+    outcomes = scenario.simulate(scenario.sample(60, seed=3))
+    relative = (outcomes.ego_speed - outcomes.other_speed)[:, 0]
+    too_fast = outcomes.collided & (relative > limit)
+    assert 0 < too_fast.sum() < outcomes.collided.sum() < 60
+    assert ((outcomes.broken[:, 0] == 1.0) == too_fast).all()

@@ -65,8 +65,13 @@ class Group:
     impact: str
     """Impact speed, a key of `IMPACTS`."""
     points: Mapping[str, float]
-    """Points by range."""
+    """Points by range; {} if some of its cells are missing."""
     cells: tuple[Cell, ...]
+
+    def only(self, patterns: Sequence[str]) -> "Group":
+        """Return the group with the cells that match a pattern; it has points only with all of its cells."""
+        kept = tuple(cell for cell in self.cells if any(_matches(cell, each) for each in patterns))
+        return replace(self, cells=kept, points=self.points if len(kept) == len(self.cells) else {})
 
 
 @dataclass(frozen=True)
@@ -99,10 +104,7 @@ class Suite:
                 meant = f"did you mean `{near}`? " if near else ""
                 names = ", ".join(group.name for group in self.groups)
                 raise SuiteError(f"--only `{pattern}` matches no cell of {self.name}", f"{meant}there are {names}")
-        groups = [
-            replace(group, cells=tuple(cell for cell in group.cells if any(_matches(cell, each) for each in patterns)))
-            for group in self.groups
-        ]
+        groups = (group.only(patterns) for group in self.groups)
         return replace(self, groups=tuple(group for group in groups if group.cells))
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.api.contenders import Contender, NotComparableError, Side, SideKind, contender, side_of
-from cortex_dsl.api.limits import Budget, budget_of
+from cortex_dsl.api.limits import MOST_RUNS, Budget, budget_of
 from cortex_dsl.api.seeded_runs import KMH, OnRuns, Prepare, check_mistake, check_seed, drive, end_numbers, touched
 from cortex_dsl.api.suite_tables import IMPACTS, Cell, Group, Suite, SuiteError, suite_of
 from cortex_dsl.api.testing import results_of_files
@@ -54,6 +54,10 @@ EGO_SPEED = "EGO_SPEED"
 """Name of the speed of the ego in the scenarios of a suite, in which a behavior can be named without arguments."""
 BLIND = f"ConstantSpeedBehavior({EGO_SPEED})"
 """Ego whose run reference drivers judge."""
+FEWEST, USUAL_RATE, SHARE_OF_DRAWS = 16, 500.0, 0.7
+"""With a budget of time: fewest runs of a cell, runs in a second before any was measured, and share of the time for the
+runs within the tolerances; the search for the least deviation has the rest.
+"""
 CORNERS = 6
 """Number of deviations up to which every corner of the tolerances is tried."""
 RAYS = 16
@@ -245,7 +249,8 @@ class _Running:
 
     def __init__(self, group: Group, plan: SuitePlan, side: Contender, until: float, on_runs: OnRuns | None) -> None:
         self.group, self.plan, self.side = group, plan, side
-        self.until, self.on_runs = until, on_runs
+        self.started, self.until, self.on_runs = time.monotonic(), until, on_runs
+        self.cells_left = len(group.cells)
         self.space = side.program.space
         self.blind = None if group.file is None else _blind(group.file)
         self.runs = 0
@@ -262,6 +267,7 @@ class _Running:
         cells = list[CellResult]()
         for number, (cell, genome) in enumerate(zip(self.group.cells, genomes, strict=True)):
             cells.append(self._cell(cell, genome))
+            self.cells_left -= 1
             if self.on_runs is not None:
                 self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
         return GroupResult(self.group.name, tuple(cells), self.group.points, runs=self.runs, files=self.files)
@@ -332,12 +338,20 @@ class _Running:
         free = self._free(cell)
         if not len(free):
             return None
-        share = max(0.0, self.until - time.monotonic()) / max(1, len(self.group.cells))
-        count = self.plan.budget.runs if math.isinf(self.until) else max(16, int(share * 2000.0))
+        count = self._budget()
         keys = self._keys(cell, count)
         genomes = np.tile(genome, (count, 1))
         genomes[:, free] = draw_genomes(self.space, keys)[:, free]
         return self._run(cell, genomes, 0)
+
+    def _budget(self) -> int:
+        """Return the number of runs of a cell: that of the plan, or those that fit into its share of the time left."""
+        if math.isinf(self.until):
+            return self.plan.budget.runs
+        now = time.monotonic()
+        rate = self.runs / max(now - self.started, 1e-3) if self.runs > FEWEST else USUAL_RATE
+        share = max(0.0, self.until - now) / max(1, self.cells_left)
+        return int(min(max(FEWEST, SHARE_OF_DRAWS * share * rate), MOST_RUNS))
 
     def _keys(self, cell: Cell, count: int, first: int = 0) -> Ints:
         return key_rows(self.plan.seed, Method.SAMPLE, 0, cell.number, np.arange(first, first + count))
@@ -473,7 +487,7 @@ class _Running:
         names = list(cell.search)
         genes = np.array([self.space.names.index(name) for name in names])
         ends = np.array([cell.search[name] for name in names])
-        shares = spread(self.plan.budget.runs if math.isinf(self.until) else RUNS, len(names))
+        shares = spread(self._budget(), len(names))
         genomes = np.tile(genome, (len(shares), 1))
         genomes[:, genes] = ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
         judged = self._run(cell, genomes, 0)

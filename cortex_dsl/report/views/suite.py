@@ -78,12 +78,16 @@ def _cells(cells: Sequence[CellResult], shown: int | None) -> Iterator[Block]:
     )
     kept = [cell for cell in cells[:shown] if cell.outcome is not Outcome.ERROR]
     if kept:
-        yield Table(columns, [_row(cell) for cell in kept], name="cells")
+        rows = [_row(cell) for cell in kept]
+        if shown is None:
+            columns = (*columns, Column("case"))
+            rows = [(*row, cell.deviation.case if cell.deviation else "") for row, cell in zip(rows, kept, strict=True)]
+        yield Table(columns, rows, name="cells")
     for cell in cells[:shown]:
         if cell.outcome is Outcome.ERROR:
             yield Note((Value(cell.id, "title"), f": {cell.reason}"), "bad")
     replays = [cell.deviation.replay for cell in kept if cell.deviation is not None and cell.deviation.replay]
-    yield from map(Code, replays if shown is None else replays[:1])
+    yield from map(Code, replays[:1])
     if shown is not None and len(cells) > shown:
         yield Note(f"and {counted(len(cells) - shown, 'cell')} more", "quiet")
 

@@ -119,6 +119,12 @@ def test_the_least_deviation_and_the_probability_of_a_defect_within_the_toleranc
     assert cell.low <= 1.0 - share <= cell.high
 
 
+def test_a_group_has_points_only_with_all_of_its_cells() -> None:
+    """The share of a few cells says nothing of the scenario."""
+    suite = suite_of("euroncap-2026").only(["CCRs", "CCRm/30/*"])
+    assert {group.name: bool(group.points) for group in suite.groups} == {"CCRs": True, "CCRm": False}
+
+
 def test_a_driver_without_a_failing_deviation_has_none() -> None:
     """Nothing is claimed that was not found."""
     (cell,) = run_suite("euroncap-2026", "EmergencyBrakeBehavior", only=["CCRs/50/50"], budget=100).cells
