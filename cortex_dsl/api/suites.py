@@ -38,7 +38,7 @@ from cortex_dsl.report.findings.suite_report import (
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from engine.driving.blocks import BLOCK as DRIVER_BLOCK
 from engine.errors import ControllerError
-from engine.gates.ratings import COLOURS, RED, Colour, colours
+from engine.gates.ratings import COLOURS, RED, Colour, Rule, colours
 from engine.references import NAMES, OUT_OF_RANGE
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
@@ -379,7 +379,10 @@ class _Running:
         impact = np.where(contact, ego + IMPACTS[self.group.impact] * other, np.nan)
         reduction = genomes[:, self.space.names.index("SPEED")] - ego if "SPEED" in self.space.names else -ego
         speed = float(cell.params.get("SPEED", 0.0))
-        colour = colours(cell.rule, speed, contact, np.nan_to_num(impact), np.nan_to_num(reduction), cell.limit)
+        if cell.rule is Rule.EXPECT:
+            colour = np.where((outcomes.broken == 1.0).any(axis=1), RED, 0)
+        else:
+            colour = colours(cell.rule, speed, contact, np.nan_to_num(impact), np.nan_to_num(reduction), cell.limit)
 
         def event(row: int) -> str:
             return end_numbers(side.program, outcomes, row)[0]

@@ -60,6 +60,8 @@ class Rule(StrEnum):
     MITIGATION = "mitigation"
     LIMIT = "limit"
     """The speed at contact is at most that of the cell."""
+    EXPECT = "expect"
+    """Every `expect` of the scenario is kept."""
 
 
 COLOURS = tuple(Colour)

@@ -373,6 +373,15 @@ def test_a_cut_in_counts_from_the_intrusion_of_the_regulation() -> None:
     assert moved == pytest.approx(((3.5 - 1.9) / 2 + 0.3) / 3.5, abs=1e-3)
 
 
+def test_the_following_gap_is_owed_throughout() -> None:
+    """A driver with a headway of 1.6 s keeps it; one of 0.5 s and one that keeps its speed do not."""
+    only = ["following gap"]
+    assert run_suite("un-r157", "CarFollowingBehavior(EGO_SPEED)", only=only).passed
+    for driver in ("CarFollowingBehavior(EGO_SPEED, time_headway=0.5 s, min_gap=0.5 m)", BLIND):
+        report = run_suite("un-r157", driver, only=only)
+        assert {cell.outcome for cell in report.cells} == {Outcome.FAIL}
+
+
 def test_cut_ins_that_can_be_avoided_are_avoided_by_a_driver_that_keeps_its_gap_and_no_other() -> None:
     """Scenes in which the regulation does not demand it do not count."""
     only = ["cut-in/40/20", "cut-in/60/10"]
