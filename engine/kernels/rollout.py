@@ -223,6 +223,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
         run.actors[actor, Memory.BRAKE] = 0.0
     run.actors[actor, Memory.SET_SPEED] = NO_SPEED
     run.actors[actor, Memory.OFFSET] = 0.0
+    run.actors[actor, Memory.ASIDE] = math.nan
     run.actors[actor, Memory.TRACK] = 0.0
     run.actors[actor, Memory.STOP] = 0.0
     run.actors[actor, Memory.REVERSE] = 0.0 if run.actors[actor, Memory.REVERSE] != 1.0 else 1.0

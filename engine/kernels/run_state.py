@@ -159,6 +159,15 @@ class Memory(IntEnum):
     """1 for an actor that overlapped another, except the ego, when the later of the two entered the scene; else 0; -1
     until others first touch.
     """
+    ASIDE = 26
+    """Offset to the left of its path that an actor approaches along a curve [m], in this turn; NaN: none."""
+    CURVE_OWNER = 27
+    """1 + the register of progress of the follower that began the curve; 0: no curve."""
+    CURVE_START = 28
+    """Arc length at which the curve begins [m], offset [m] and slope there, and length of the curve [m]."""
+    CURVE_OFFSET = 29
+    CURVE_SLOPE = 30
+    CURVE_LENGTH = 31
 
 
 POST_IMPACT, HOSTED, REPLACED = 1.0, 2.0, 3.0
