@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
-from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
+from engine.host import empty_results, heights_of, in_parts, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Gaps, Window, gap_rows, judge_rows, simulate_rows
 from engine.kernels.run_state import Status
@@ -97,4 +97,5 @@ def trajectory(
         outlines=outlines(program, rows.values[row]),
         contact_sample=samples - 1 if touched else -1,
         watched=run.watched[:samples].copy(),
+        heights=heights_of(shared.road, run.states[:samples]),
     )

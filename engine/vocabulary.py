@@ -341,6 +341,8 @@ class Command(IntEnum):
     ASIDE = 8
 
 
+LEVEL = 2.5
+"""Least difference of height between two actors on different levels [m]: the headroom of a car."""
 SAME_WAY = 0.5
 """Cosine of the angle between two headings from which actors count as going the same way, or opposite ways."""
 FOR_ONE_STEP = 2.0

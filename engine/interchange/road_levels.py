@@ -4,9 +4,6 @@ from engine.errors import InterchangeError
 from engine.maps import digest_of
 from engine.opendrive.roads import OdrNetwork
 
-LEVEL = 2.5
-"""Least difference of height between two actors on different levels at one place [m]: the headroom of a car."""
-
 
 def level_notes(road: OdrNetwork) -> tuple[str, ...]:
     """Return the notes on pairs of roads that cross at different heights; () if heights are unknown."""

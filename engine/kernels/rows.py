@@ -9,6 +9,7 @@ from engine.kernels.encroachment import encroachment
 from engine.kernels.fault import fault_of
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
+from engine.kernels.levels import has_levels, measure_on_levels, restore_levels
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
@@ -128,10 +129,14 @@ def gap_rows(
                 measure_run(plan, run, row, outlines, out)
             note_outlines(plan, run, outlines)
             samples = int(run.status[Status.SAMPLE]) + (0 if run.status[Status.CONTACT_ONE] >= 0 else 1)
+            if has_levels(plan):
+                measure_on_levels(plan, run, samples)
             for other in range(1, len(plan.kinds)):
                 gaps.seconds[row, other - 1] = (
                     _gap(run.states[:samples], other, outlines, gaps.sweep) * plan.layout.time_step
                 )
+            if has_levels(plan):
+                restore_levels(plan, run, samples)
 
 
 @inlined
@@ -218,6 +223,9 @@ def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) 
     touching = run.status[Status.CONTACT_OTHER]
     ending, time_step = run.end[1], plan.layout.time_step
     samples = run.status[Status.SAMPLE] + (0 if ending > 0.0 else 1)
+    rows = int(run.status[Status.SAMPLE]) + 1
+    if has_levels(plan):
+        measure_on_levels(plan, run, rows)
     for other in range(1, len(plan.kinds)):
         metrics = measure_pair(run.states, samples, time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
@@ -234,6 +242,8 @@ def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) 
             out.lateral_grip[row, actor] = used.sideways
             out.combined_grip[row, actor] = used.together
     run.status[Status.SHADED] = -1
+    if has_levels(plan):
+        restore_levels(plan, run, rows)
 
 
 # -- grip --------------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined
 from engine.tables import Floats, Ints, RoadTables
-from engine.vocabulary import Column, State
+from engine.vocabulary import LEVEL, Column, State
 
 COLUMNS = len(Column)
 
@@ -168,6 +168,8 @@ class Memory(IntEnum):
     CURVE_OFFSET = 29
     CURVE_SLOPE = 30
     CURVE_LENGTH = 31
+    HEIGHT = 32
+    """Height of the road at the actor [m] (`kernels.levels`); 0 on a road without bridges."""
 
 
 POST_IMPACT, HOSTED, REPLACED = 1.0, 2.0, 3.0
@@ -265,6 +267,8 @@ class Run(NamedTuple):
     """(actors,): first column of the commands of an actor, or -1 - its first number among `actions`; no entries if
     states are stored in place of commands.
     """
+    heights: Floats
+    """(samples + 1, 2 * actors): working memory for `kernels.levels`; no rows without levels."""
     slot_registers: Floats
     """(slots, ...) of the parallel runs: the arrays that differ between their states; no slots in a single run."""
     slot_actors: Floats
@@ -332,6 +336,12 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
         column_of(plan, run, actor, Column.LENGTH),
         column_of(plan, run, actor, Column.WIDTH),
     )
+
+
+@inlined
+def on_one_level(run: Run, one: int, other: int) -> bool:
+    """Return True if two actors are on one level now."""
+    return abs(run.actors[one, Memory.HEIGHT] - run.actors[other, Memory.HEIGHT]) < LEVEL
 
 
 @inlined

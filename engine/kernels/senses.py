@@ -14,12 +14,23 @@ from engine.kernels.evaluate import has_nan, operand
 from engine.kernels.geometry import Box, View
 from engine.kernels.impacts.motion import spin_of, velocity_of
 from engine.kernels.jit import deferred, inlined, kernel
+from engine.kernels.levels import enter_level, has_levels
 from engine.kernels.noticing import can_see, notices, sees_within, view_of, visibility_past
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.replay import follow_track, move_along_track
-from engine.kernels.run_state import Memory, Plan, Run, Status, column_of, current_sample, outline_of, place
+from engine.kernels.run_state import (
+    Memory,
+    Plan,
+    Run,
+    Status,
+    column_of,
+    current_sample,
+    on_one_level,
+    outline_of,
+    place,
+)
 from engine.kernels.sight import SEEN
 from engine.opcodes import Op
 from engine.tables import SLIDING
@@ -39,6 +50,8 @@ def appear(plan: Plan, run: Run, actor: int) -> None:
     """Execute `Op.SPAWN`: place an absent actor at its pose in the scene."""
     if run.states[current_sample(run), actor, State.PRESENT] == 0.0:
         place(plan, run, current_sample(run), actor, 1.0)
+        if has_levels(plan):
+            enter_level(plan, run, current_sample(run), actor)
         run.status[Status.SHADED] = -1
 
 
@@ -194,7 +207,7 @@ def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: 
         return least
     for each in range(run.states.shape[1]):
         asked = each != one and (other < 0 or each == other)
-        if asked and run.states[sample, each, State.PRESENT] != 0.0:
+        if asked and run.states[sample, each, State.PRESENT] != 0.0 and on_one_level(run, one, each):
             time = time_to_collision(_pair(plan, run, sample, one, each))
             if time < least and (reach < 0.0 or notices(plan, run, sample, one, each, reach)):
                 least = time

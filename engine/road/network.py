@@ -357,7 +357,9 @@ class Network:
     remarks: tuple[str, ...] = ()
     """Warnings about parts of the map that were repaired or omitted."""
     levels: tuple[str, ...] = ()
-    """Remarks on roads that pass over others; all lanes are in one plane."""
+    """Remarks on roads that pass over others."""
+    heights: Floats = field(default_factory=lambda: np.zeros((0, 6)))
+    """(n, 6): x, y, height [m], slope along x and y, lane of points along all lanes; none on a single level."""
     unread: str = ""
     """Content of a file that the reader does not read, by kind."""
     bounds: Mapping[int, tuple[Floats, Floats]] = field(default_factory=dict[int, tuple[Floats, Floats]])
