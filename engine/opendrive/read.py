@@ -1,7 +1,7 @@
 """Reader of OpenDRIVE files. Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes).
 
-Heights and superelevation are only used for the note about roads that pass over each other. Of the objects near roads
-(chapter 13) only rectangular buildings are read: they are walls of recordings.
+Heights are used for levels only (`engine.kernels.levels`); slopes and superelevation have no effect. Of the objects near
+roads (chapter 13) only rectangular buildings are read: they are walls of recordings.
 
 Sections with `singleSide="true"` (11.4) apply to one side of the road, up to the next section that applies to that
 side: they are converted to sections of the whole road.
