@@ -210,8 +210,8 @@ MAP_REMARK = note(
 MAP_LEVELS = note(
     "SCN459",
     "map `{file}`: {message}",
-    "actors whose roads are {level:g} m or more apart in height neither see, obstruct nor strike one another; slopes have "
-    "no effect, and a bridge hides nothing",
+    "actors whose roads are {level:g} m or more apart in height neither see, obstruct nor strike one another; slopes "
+    "have no effect, and a bridge hides nothing",
     "give an actor the heading of its road: where roads overlap, it begins on the one that it faces along",
 )
 MAP_UNREAD = note(

@@ -114,10 +114,12 @@ LOW, HIGH = (road(name, section(right=[lane(-1)]), length=100.0, place=place) fo
 @pytest.mark.parametrize(
     ("first", "second", "codes"),
     [
-        (LOW, HIGH, {"SCN459", "SCN466"}),
-        (LOW, HIGH.replace('a="8.0"', 'a="0.5"'), {"SCN466"}),
+        (LOW, HIGH, {"SCN459"}),
+        (LOW, HIGH.replace('a="8.0"', 'a="2.4"'), {"SCN449"}),
+        (LOW, HIGH.replace('a="8.0"', 'a="0.5"'), set()),
+        (LOW, HIGH.replace('b="0"', 'b="0.0001"', 1), {"SCN459", "SCN466"}),
         (LOW, HIGH.replace('a="8.0"', 'a="0"'), set()),
-        (LOW, HIGH.replace('x="0.0"', 'x="80.0"'), {"SCN466"}),
+        (LOW, HIGH.replace('x="0.0"', 'x="80.0"'), set()),
     ],
 )
 def test_roads_that_pass_over_one_another_are_named(first: str, second: str, codes: set[str], tmp_path: Path) -> None:
