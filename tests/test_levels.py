@@ -1,10 +1,13 @@
 """Roads that pass over one another: actors on different levels never meet, and those on one level do as in a plane."""
 
+import csv
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import cortex_dsl as cx
 from cortex_dsl import compile_text
 from cortex_dsl.api.scenario import load
 from engine import batch, world
@@ -127,3 +130,20 @@ def test_a_flat_map_has_no_heights() -> None:
     """Without bridges nothing is stored, so that programs and digests are those of a plane."""
     program = compile_text("ego = new Car on road").program
     assert not len(program.road.heights)
+
+
+def test_exports_have_the_heights_of_the_road(tmp_path: Path) -> None:
+    """A table and a trajectory of the standards hold the height of a bridge, and 0 on a road without bridges."""
+    for height in (0.0, 6.0):
+        (tmp_path / "map.xodr").write_text(crossing(height))
+        (tmp_path / "scene.scn").write_text(SCENE.format(first=20, lane=1, second=100, driver=DRIVERS[0]))
+        scenario = load(tmp_path / "scene.scn")
+        out = tmp_path / f"out{height:g}"
+        cx.export(scenario, ["csv", "xosc"], out)
+        rows = list(csv.DictReader(next(out.glob("**/*.csv")).read_text().splitlines()))
+        assert {float(row["z"]) - 0.5 * float(row["height"]) for row in rows if row["idx"] == "1"} == {height}
+        assert {float(row["z"]) - 0.5 * float(row["height"]) for row in rows if row["idx"] == "0"} == {0.0}
+        places = re.findall(r"<WorldPosition [^>]*>", next(out.glob("**/*.xosc")).read_text())
+        assert sum('z="6"' in place for place in places) == (
+            len(places) - sum('y="0"' in place for place in places) if height else 0
+        )
