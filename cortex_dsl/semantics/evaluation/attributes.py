@@ -168,6 +168,8 @@ _MANEUVER: dict[str, Callable[[Evaluator, Maneuver], Value]] = {
     "endLane": lambda _, maneuver: maneuver.end_lane,
     "intersection": lambda _, maneuver: maneuver.intersection,
     "conflictingManeuvers": lambda _, maneuver: maneuver.conflicting_maneuvers,
+    "oncomingManeuvers": lambda _, maneuver: maneuver.oncoming_maneuvers,
+    "crossingManeuvers": lambda _, maneuver: maneuver.crossing_maneuvers,
     "reverseManeuvers": lambda _, maneuver: maneuver.reverse_maneuvers,
     "name": lambda _, maneuver: maneuver.name,
 }

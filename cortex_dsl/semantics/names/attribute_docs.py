@@ -61,6 +61,8 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "connectingLane": "The lane inside the intersection.",
         "endLane": "The lane that leads out of the intersection.",
         "conflictingManeuvers": "Maneuvers whose ways cross this one.",
+        "oncomingManeuvers": "Maneuvers of traffic that comes towards it, from the arm across, conflicting or not.",
+        "crossingManeuvers": "Maneuvers that conflict with it and come from its left or its right.",
         "reverseManeuvers": "Maneuvers that come from the lane across, against this one.",
         "signals": "Its traffic lights, one for each arm that has one, and the signs that a file has there.",
         "signal": "The traffic light at its end.",

@@ -134,6 +134,8 @@ _ROWS = (
     _distribution("VerifaiDiscreteRange", "Scenic's spelling of `DiscreteRange` for searched params.", "low", "high"),
     _distribution("VerifaiOptions", "Scenic's spelling of `Uniform` for searched params.", variadic=True),
     _distribution("Fixed", "Given values one after the other, one each time this place is evaluated.", variadic=True),
+    Builtin("WalkingSpeed", Kind.DISTRIBUTION, "Speed at which a person of an age in years crosses a road.",
+            (Parameter("age", PURE, low=3.0, high=110.0, meaning="an age in years, from 3 to 110"),)),
     _function("resample", "A drawn number once more: drawn from the same distribution, by itself.", "x"),
     # -- mathematics
     *(
