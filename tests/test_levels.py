@@ -10,7 +10,10 @@ import pytest
 import cortex_dsl as cx
 from cortex_dsl import compile_text
 from cortex_dsl.api.scenario import load
+from cortex_dsl.report.page.scene_svg import road_layer
 from engine import batch, world
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.vocabulary import LEVEL, State
 
 ROAD = """<road name="" length="{length}" id="{id}" junction="-1">
@@ -147,3 +150,20 @@ def test_exports_have_the_heights_of_the_road(tmp_path: Path) -> None:
         assert sum('z="6"' in place for place in places) == (
             len(places) - sum('y="0"' in place for place in places) if height else 0
         )
+
+
+@pytest.mark.parametrize(("height", "decks"), [(0.0, 0), (LEVEL - 0.1, 0), (6.0, 1), (-6.0, 1)])
+def test_bridges_are_drawn_above_the_other_roads(tmp_path: Path, height: float, decks: int) -> None:
+    """The upper road has a deck over the lower one and a little beyond it, of its own width, and no other place."""
+    (tmp_path / "map.xodr").write_text(crossing(height))
+    (tmp_path / "scene.scn").write_text(SCENE.format(first=20, lane=1, second=100, driver=DRIVERS[0]))
+    drawn = outline(build_network(load(tmp_path / "scene.scn").program.road_spec))
+    assert len(drawn.decks) == decks
+    for line, width in drawn.decks:
+        upper = line[:, 0 if height > 0.0 else 1]
+        along = line[:, 1 if height > 0.0 else 0]
+        assert width == 4.0
+        np.testing.assert_allclose(upper, 0.0, atol=1e-9)
+        assert -14.0 < along.min() <= -2.0
+        assert 2.0 <= along.max() < 14.0
+    assert ("stroke-opacity:.3" in str(road_layer(drawn))) is bool(decks)
