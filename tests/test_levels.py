@@ -13,6 +13,7 @@ from cortex_dsl.api.scenario import load
 from cortex_dsl.report.page.scene_svg import road_layer
 from engine import batch, world
 from engine.road import build_network
+from engine.road.opendrive.network import map_file
 from engine.road.outline import outline
 from engine.vocabulary import LEVEL, State
 
@@ -167,3 +168,25 @@ def test_bridges_are_drawn_above_the_other_roads(tmp_path: Path, height: float, 
         assert -14.0 < along.min() <= -2.0
         assert 2.0 <= along.max() < 14.0
     assert ("stroke-opacity:.3" in str(road_layer(drawn))) is bool(decks)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.05, -0.12])
+def test_slopes_have_one_note_with_the_steepest(tmp_path: Path, slope: float) -> None:
+    """Slopes are not simulated: the note about unread parts names the steepest, and none without slopes."""
+    (tmp_path / "map.xodr").write_text(ramp(slope))
+    found = build_network(map_file(tmp_path / "map.xodr", "map.xodr")).unread
+    assert (f"slopes of up to {100 * abs(slope):.1f} %, on road `0`" in found) is (slope != 0.0)
+
+
+@pytest.mark.parametrize("height", ["1e308", "-1e308", "nan", "inf", "1e-320", "6e0", "6 m"])
+def test_heights_of_any_kind_are_read_or_named(tmp_path: Path, height: str) -> None:
+    """No height stops a map or puts an actor nowhere: the cars drive, and every height of the run is a number."""
+    text = crossing(0.0)
+    at = text.rindex('a="0.0"')
+    (tmp_path / "map.xodr").write_text(f'{text[:at]}a="{height}"{text[at + len(chr(97)) + 6 :]}')
+    (tmp_path / "scene.scn").write_text(SCENE.format(first=20, lane=1, second=60, driver=DRIVERS[0]))
+    scenario = load(tmp_path / "scene.scn")
+    scenes = scenario.sample(1, seed=1)
+    run = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    assert len(run.time) > 40
+    assert run.heights is None or np.isfinite(run.heights).all()

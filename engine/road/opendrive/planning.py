@@ -5,9 +5,9 @@ Each place where roads pass over each other needs a note. Such a file has height
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,6 +49,10 @@ TOUCHING = 0.01
 ONE_PLANE = "less than a level, so that both are treated as one plane"
 STATIONS = 2.0
 """Largest spacing of the points with heights along a lane [m]."""
+SLOPES = 11
+"""Number of places of a piece of an elevation profile at which its slope is computed."""
+FLAT = 0.001
+"""Slope up to which a road is flat."""
 MOST = 5
 """Maximum number of pairs of roads that are named; further pairs are counted."""
 
@@ -95,6 +99,18 @@ def _sentences(places: Mapping[tuple[str, str], tuple[float, float, float]]) -> 
         yield f"road `{above[:40]}` passes {height:.1f} m above road `{below[:40]}` near ({x:.1f}, {y:.1f})"
     if len(places) > MOST:
         yield f"so do {len(places) - MOST} more pairs of roads"
+
+
+def _steepest(roads: Iterable[OdrRoad]) -> str:
+    """Return the end of the sentence about the steepest slope of all roads; empty without slopes."""
+    slopes = [
+        (abs(row.b + (2.0 * row.c + 3.0 * row.d * ahead) * ahead), road.id)
+        for road in roads
+        for row, after in zip_longest(road.heights, road.heights[1:])
+        for ahead in np.linspace(0.0, max(0.0, (after.start if after else road.length) - row.start), SLOPES).tolist()
+    ]
+    slope, name = max((each for each in slopes if math.isfinite(each[0])), default=(0.0, ""))
+    return f"; slopes of up to {100.0 * slope:.1f} %, on road `{name[:40]}`" if slope >= FLAT else ""
 
 
 def _heights(links: Links, found: Sequence[DrawnLane]) -> Floats:
@@ -224,7 +240,7 @@ def plan_of(path: str, digest: str) -> Plan:
         (*remarks_on(network, links, found, left_out, junctions, areas), *over.near),
         over.apart,
         over.heights,
-        not_read((*network.unread, *unread_lanes(network))),
+        not_read((*network.unread, *unread_lanes(network))) + _steepest(network.roads.values()),
     )
 
 
