@@ -67,6 +67,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "signals": "Its traffic lights, one for each arm that has one, and the signs that a file has there.",
         "signal": "The traffic light at its end.",
         "isSignalized": "Whether it has traffic lights.",
+        "timeToRed": "Time until it next turns red by its plan; before the run, from its start.",
         "isTrafficLight": "Whether it is a traffic light.",
         "openDriveID": "Its id in the file of the map.",
         "country": "The country whose signs it is one of, as the file says.",

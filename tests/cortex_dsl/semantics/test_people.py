@@ -1,4 +1,4 @@
-"""Walking speeds by age, and the relations of a maneuver to traffic from ahead and from the side."""
+"""Walking speeds by age, traffic from ahead and from the side of a maneuver, and the time until a light turns red."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,7 @@ from scipy import stats
 
 from cortex_dsl import compile_text
 from cortex_dsl.semantics.evaluation.random_values import OLDER, WALKING_DEVIATION, YOUNGER
+from engine import batch
 from engine.maps import RoadSpec
 from engine.road import build_network
 from engine.vocabulary import Column, ManeuverType
@@ -49,3 +50,31 @@ def test_traffic_comes_from_ahead_or_from_the_side(ways: int, lanes: int) -> Non
         assert all(m.start_lane.road == maneuver.start_lane.road for m in rest)
         if ways == 4 and maneuver.type is ManeuverType.LEFT_TURN:
             assert any(m.type is ManeuverType.STRAIGHT and m in maneuver.conflicting_maneuvers for m in oncoming)
+
+
+LIGHT = """
+map intersection(approach=100 m)
+signals(green=6 s, yellow=2 s, all_red=1 s, offset={offset} s)
+lane = intersection.incomingLanes[{arm}]
+monitor Turns():
+    while getTrafficLightStatus(lane.signal) == "red":
+        wait
+    while not getTrafficLightStatus(lane.signal) == "red":
+        wait
+    terminate
+require monitor Turns()
+ego = new Car on lane.centerline, with speed lane.signal.timeToRed * 1 m/s^2, with behavior BrakeBehavior()
+terminate after 30 s
+"""
+
+
+@pytest.mark.parametrize("arm", [0, 1])
+@pytest.mark.parametrize("offset", [0.0, 3.02, 7.5, 11.0, -4.0, 40.0])
+def test_a_light_turns_red_at_the_time_that_it_tells(arm: int, offset: float) -> None:
+    """The run ends at the first sample at which the light has turned red, whatever it showed at the start."""
+    scenario = compile_text(LIGHT.format(offset=offset, arm=arm))
+    scenes = scenario.sample(1, seed=1)
+    told = scenes.values[0, Column.SPEED]
+    ended = batch.simulate(scenario.program, scenes, scenario.config.simulation).end_time[0]
+    assert 0.0 <= told < 18.0
+    assert told - 1e-9 <= ended <= told + 0.05 + 1e-9
