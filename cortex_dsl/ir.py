@@ -434,8 +434,6 @@ class Domain:
     """Unit in which values are shown."""
     scale: float
     """SI value = shown value * scale."""
-    si: str
-    """SI unit word of the value; "" for a pure number."""
     cells: tuple[Cell, ...]
     least: float = math.nan
     """Least possible value by interval arithmetic, SI; NaN unless the instant is the start."""

@@ -9,7 +9,7 @@ from cortex_dsl.cli.judging import read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, JOBS, PARAM, SCENARIO, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import CompileRequest, RunRequest, filled, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.console.user_files import read_source, write_output
+from cortex_dsl.console.user_files import place_files, read_source, write_output
 
 if TYPE_CHECKING:
     from cortex_dsl.api.coverage import CoveragePlan
@@ -28,7 +28,7 @@ states of a cell:
   impossible  no value of the file lies in it, by interval arithmetic
 
 exit codes: 4 if --require is not met, 3 without a valid run; others: `test`"""
-DOCUMENT, TABLE, CASE = "coverage.json", "cells.csv", "rare-"
+DOCUMENT, TABLE = "coverage.json", "cells.csv"
 """Files of --out."""
 
 
@@ -37,9 +37,8 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
     from cortex_dsl.console.compiling import compile_request
     from cortex_dsl.console.kernels import SEARCH, compile_kernels
     from cortex_dsl.console.simulating import open_scenario, proved_impossible
-    from cortex_dsl.report.terminal.gate_view import GateProgress
+    from cortex_dsl.report.terminal.coverage_view import CoverageProgress
 
-    _check_folder(options.out)
     request, run = filled(CompileRequest, options), filled(RunRequest, options)
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
@@ -48,13 +47,14 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
     with usage_errors():
         plan = _plan(options)
         scenario = replace(scenario, config=replace(scenario.config, driver=None))
-        check_domains(scenario, plan.ways, plan.rare)
+        check_domains(scenario, plan)
+        _check_folder(options.out)
         compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
         impossible = proved_impossible(scenario, request, run, terminal, "coverage", {"cells": []})
         if impossible is not None:
             return impossible
-        with GateProgress(terminal.err, 1) as progress:
-            report = cover(scenario, read_source(options.file), plan, progress.on_runs)
+        with CoverageProgress(terminal.err, 1) as progress:
+            report = cover(scenario, read_source(options.file), plan, progress.on_step)
     _show(report, options, terminal)
     _write(report, options, terminal)
     if not report.draws:
@@ -64,21 +64,24 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _plan(options: argparse.Namespace) -> "CoveragePlan":
-    from cortex_dsl.api.coverage import RUNS, CoveragePlan
-    from cortex_dsl.api.limits import budget_of
+    from cortex_dsl.api.coverage import CoveragePlan
     from engine.driving.named import driver_of
 
-    words = driver_words(options.ego, options.ego_batch, options.ego_observes)
+    driver = driver_words(options.ego, options.ego_batch, options.ego_observes)
+    words = [*driver]
     words += [word for name, value in (options.overrides or {}).items() for word in ("-p", f"{name}={value}")]
     words += ["--scenario", options.scenario] if options.scenario else []
     return CoveragePlan(
         ways=options.ways,
-        budget=options.budget or budget_of(RUNS),
+        budget=options.budget,
         seed=options.seed or 0,
         joint=options.joint,
         rare=options.rare or 0,
+        method=options.method,
         driver=driver_of(options.ego, options.ego_batch, options.ego_observes),
         replay=tuple(words),
+        driver_words=tuple(driver),
+        folder=options.out,
         jobs=options.jobs,
     )
 
@@ -124,9 +127,7 @@ def _write(report: "CoverageReport", options: argparse.Namespace, terminal: Term
     content = {**coverage_content(report), "diagnostics": terminal.diagnostics, "notes": terminal.notes}
     write_output(options.out / DOCUMENT, document("coverage", content))
     write_output(options.out / TABLE, table.getvalue())
-    for number, cell in enumerate(report.cells, start=1):
-        if cell.case:
-            write_output(options.out / f"{CASE}{number}.scn", cell.case)
+    place_files(options.out, report.files, force=True)
 
 
 COVERAGE = Command(
@@ -150,9 +151,16 @@ COVERAGE = Command(
             "SHARE",
             read_by("probability_of", "--require", "share"),
         ),
+        Option(
+            "--method",
+            "tway: scenes of a covering array in place of independent runs",
+            "NAME",
+            choices=("independent", "tway"),
+            default="independent",
+        ),
         Option("--joint", "intervals that hold together (Bonferroni)", default=False),
-        Option("--rare", "search untried cells at the start, by N runs each (0)", "N", whole_number(0, 10**6)),
-        Option("--out", "folder for coverage.json and cells.csv", "DIR", Path),
+        Option("--rare", "search untried cells at the start, by N >= 1000 runs each (0)", "N", whole_number(0, 10**6)),
+        Option("--out", "folder for coverage.json, cells.csv and scenes", "DIR", Path),
         replace(SEED, type=whole_number(0, 9_000_000_000)),
         JOBS,
         PARAM,

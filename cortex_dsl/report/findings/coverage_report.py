@@ -9,10 +9,13 @@ from typing import Any
 from cortex_dsl.report.findings.readable import significant
 from engine.display import counted
 from engine.gates.coverage import RULE_OF_THREE
+from engine.tables import Floats, Ints
 
 COVERAGE_SCHEMA_VERSION = 1
 LEVEL = 0.95
 """Confidence of all intervals."""
+INDEPENDENT, TWAY = "independent", "tway"
+"""Methods by which scenes are drawn: by successive seeds, or one for each row of a covering array."""
 
 
 class State(StrEnum):
@@ -94,9 +97,9 @@ class CellResult:
     runs: int = 0
     """Covered: runs in the cell. Blocked: runs of its scenes."""
     failures: int = 0
-    low: float = 0.0
-    """Interval of the failure rate."""
-    high: float = 1.0
+    low: float | None = None
+    """Interval of the failure rate; None if the runs are no independent draws."""
+    high: float | None = None
     worst: Worst | None = None
     requirements: tuple[RequirementInfo, ...] = ()
     """Excluded: a minimal set of requirements that no scene of the cell can meet."""
@@ -105,21 +108,23 @@ class CellResult:
     events: tuple[tuple[str, int], ...] = ()
     """Blocked: what ended the runs, and how many, the most frequent first."""
     draws: int = 0
-    """Blocked and untried: runs in all."""
+    """Blocked and untried: independent runs in all."""
     sought: int = 0
     """Rare: runs of the directed search."""
     params: tuple[tuple[str, float, str], ...] = ()
     """Rare: name, value and unit of each param of the scene that was found."""
+    found: tuple[Floats, Ints] | None = field(default=None, compare=False)
+    """Rare: genome (1, d; file units) and key (1, 6) of that scene."""
     case: str = ""
-    """Rare: that scene as a file."""
+    """Rare: name of the file of that scene; "" if none is written."""
     probability: tuple[float, float, float] | None = None
     """Rare: probability of the cell and its 95 % interval; None if there is none, for the reason in `remark`."""
     remark: str = ""
 
     @property
-    def bound(self) -> float:
-        """Return the upper bound of the probability of the cell, by the rule of three."""
-        return min(1.0, RULE_OF_THREE / self.draws) if self.draws else 1.0
+    def bound(self) -> float | None:
+        """Return the upper bound of the probability of the cell by the rule of three; None without independent runs."""
+        return min(1.0, RULE_OF_THREE / self.draws) if self.draws else None
 
 
 @dataclass(frozen=True)
@@ -134,7 +139,7 @@ class CoverageReport:
     """True if the number of runs depends on time."""
     ways: int
     draws: int
-    """Independent runs that count."""
+    """Runs that count."""
     lost: int
     """Runs that do not count: invalid, aborted by a requirement on the run, or failed by the driver."""
     valueless: int
@@ -143,9 +148,13 @@ class CoverageReport:
     """Definition of a failure."""
     domains: tuple[DomainInfo, ...]
     cells: tuple[CellResult, ...]
+    method: str = INDEPENDENT
+    """How the scenes were drawn."""
     joint: bool = False
     """True if all intervals hold together with the confidence `LEVEL` (Bonferroni)."""
     remarks: tuple[str, ...] = ()
+    files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    """Scenes as files, by their names."""
     seconds: float = 0.0
     counts: Mapping[State, int] = field(init=False)
 
@@ -175,6 +184,8 @@ class CoverageReport:
     @property
     def multiplicity(self) -> str:
         """Return how the intervals treat that there are many of them."""
+        if self.method == TWAY:
+            return "scenes of a covering array are no independent draws: there are no rates and no bounds"
         if self.joint:
             return "all intervals hold together at 95 % (Bonferroni over the covered cells)"
         return "each interval holds for its cell alone at 95 %; --joint: all of them together"
@@ -194,8 +205,10 @@ def percent(share: float) -> str:
 
 
 def _covered(_report: CoverageReport, cell: CellResult) -> str:
-    interval = f"{percent(cell.low)} to {percent(cell.high)}"
-    return f"{cell.failures:,} of {counted(cell.runs, 'run')} failed: {interval}"
+    failed = f"{cell.failures:,} of {counted(cell.runs, 'run')} failed"
+    if cell.low is None or cell.high is None:
+        return failed
+    return f"{failed}: {percent(cell.low)} to {percent(cell.high)}"
 
 
 def _impossible(report: CoverageReport, cell: CellResult) -> str:
@@ -217,7 +230,9 @@ def _blocked(_report: CoverageReport, cell: CellResult) -> str:
 
 
 def _untried(_report: CoverageReport, cell: CellResult) -> str:
-    tried = f"none of {counted(cell.draws, 'run')}: probability at most {significant(cell.bound, 2)}"
+    tried = "no scene of the covering array"
+    if cell.bound is not None:
+        tried = f"none of {counted(cell.draws, 'run')}: probability at most {significant(cell.bound, 2)}"
     return f"{tried}; {cell.remark}" if cell.remark else tried
 
 
@@ -247,6 +262,7 @@ def coverage_content(report: CoverageReport) -> dict[str, Any]:
         "path": report.path,
         "digest": report.digest,
         "seed": report.seed,
+        "method": report.method,
         "budget": report.budget,
         "runs_depend_on_time": report.timed,
         "ways": report.ways,
@@ -288,7 +304,11 @@ def _cell_content(report: CoverageReport, cell: CellResult) -> dict[str, Any]:
         "reason": report.reason(cell),
     }
     if cell.state is State.COVERED:
-        found |= {"runs": cell.runs, "failures": cell.failures, "interval": [cell.low, cell.high]}
+        found |= {
+            "runs": cell.runs,
+            "failures": cell.failures,
+            "interval": None if cell.low is None else [cell.low, cell.high],
+        }
     if cell.worst is not None:
         worst = cell.worst
         found["worst"] = {"run": worst.run, "seed": worst.seed, "event": worst.event, "replay": worst.replay}
@@ -317,6 +337,7 @@ def coverage_rows(report: CoverageReport) -> Iterator[Sequence[object]]:
         named = [""] * len(report.domains)
         for domain, place in zip(cell.domains, cell.cells, strict=True):
             named[domain] = report.domains[domain].cells[place]
-        numbers = (cell.runs, cell.failures, cell.low, cell.high) if cell.state is State.COVERED else ("",) * 4
+        known = (cell.runs, cell.failures, cell.low, cell.high) if cell.state is State.COVERED else (None,) * 4
+        numbers = ("" if number is None else number for number in known)
         replay = cell.worst.replay if cell.worst else ""
         yield (*named, cell.state.value, *numbers, replay, report.reason(cell))

@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from threading import Event, Thread
 from types import TracebackType
+from typing import Self
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -112,7 +113,7 @@ class GateProgress:
     _ended: Event = field(default_factory=Event)
     _silent: Event = field(default_factory=Event)
 
-    def __enter__(self) -> "GateProgress":
+    def __enter__(self) -> Self:
         if self.console.is_terminal:
             self._start()
         else:

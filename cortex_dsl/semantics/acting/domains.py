@@ -141,12 +141,12 @@ class _Cells:
         else:
             cells = self._checked([_cell(low, high, unit, scale) for low, high, _ in ends])
             cells = [_spelled(cell, item) for cell, item in zip(cells, items, strict=True)]
-        return number.expr, dimension, self._domain(cells, unit, scale, si_word(dimension))
+        return number.expr, dimension, self._domain(cells, unit, scale)
 
-    def _domain(self, cells: Sequence[ir.Cell], unit: str, scale: float, si: str) -> ir.Domain:
+    def _domain(self, cells: Sequence[ir.Cell], unit: str, scale: float) -> ir.Domain:
         facts, node = self.ev.facts, self.node
         text = facts.source.words(node.value.span)
-        return ir.Domain(node.name, node.when, facts.line(node.span), text, unit, scale, si, tuple(cells))
+        return ir.Domain(node.name, node.when, facts.line(node.span), text, unit, scale, tuple(cells))
 
     def _items(self) -> tuple[Value, ...]:
         """Return the items of the list.
@@ -181,7 +181,7 @@ class _Cells:
             twice = next(word for word in words if words.count(word) > 1)
             raise CELLS_OVERLAP.mistake(self.node.cells.span, one=twice, other=twice)
         cells = [ir.Cell(float(number), float(number), True, word, word) for number, word in enumerate(words)]
-        return result, PURE, self._domain(cells, "", 1.0, "")
+        return result, PURE, self._domain(cells, "", 1.0)
 
     def _steps(self, value: Quantity) -> list["_Ends"]:
         """Return (width, width), (low, low) and (high, high) of the steps."""
@@ -273,14 +273,3 @@ def _spelled(cell: ir.Cell, item: Value) -> ir.Cell:
     """Return the cell of a truth with its word."""
     word = "True" if cell.low else "False"
     return replace(cell, text=word, item=word) if isinstance(item, Truth) else cell
-
-
-def condition_text(domain: ir.Domain, cell: ir.Cell) -> str:
-    """Return the condition in the language that the value of a domain lies in a cell."""
-    value = f"({domain.text})"
-    if cell.item:
-        return f"{value} == {cell.item}"
-    low, high = (f"{end!r} {domain.si}".rstrip() for end in (cell.low, cell.high))
-    if cell.low == cell.high:
-        return f"{value} == {low}"
-    return f"{value} >= {low} and {value} {'<=' if cell.closed else '<'} {high}"
