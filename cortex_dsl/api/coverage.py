@@ -7,11 +7,12 @@ the program with the cell as one more requirement, and by the instants at which 
 import math
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from shlex import join
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,7 @@ from cortex_dsl.report.findings.coverage_report import (
     CellResult,
     CoverageReport,
     DomainInfo,
+    DomainTotal,
     State,
     Worst,
 )
@@ -48,7 +50,7 @@ from cortex_dsl.source import Source
 from engine.dependence import leaves_nothing_to_chance
 from engine.driving.blocks import Driver
 from engine.errors import ArgumentError
-from engine.gates.coverage import MISSING, MOST_CELLS, Counted, cells_in, count_cells, counted, products
+from engine.gates.coverage import MISSING, MOST_CELLS, OUTSIDE, Counted, cells_in, count_cells, counted, products
 from engine.outcomes import Outcomes
 from engine.risk import PROFILES, assess
 from engine.sampling import draw_genomes
@@ -90,6 +92,8 @@ class CoveragePlan:
     """Words of a replay command that name the driver, and params."""
     driver_words: tuple[str, ...] = ()
     """Those of them that name the driver."""
+    verdict: Callable[[Mapping[str, Any]], str] | None = None
+    """Verdict (a row of `VERDICTS`) on the values of a run by domain, None for no value; None: no verdicts."""
     folder: Path | None = None
     """Folder in which the files of the scenes are to be placed; None: no files are made."""
     jobs: int = 1
@@ -151,6 +155,8 @@ class _Drawn:
     """(n, d) file units"""
     keys: Ints
     """(n, 6)"""
+    values: Floats
+    """(n, domains) SI; NaN for none."""
     places: Ints
     """(n, domains)"""
     failed: Bools
@@ -189,30 +195,31 @@ class _Coverage:
         if self.plan.method == TWAY:
             self.tway = tway_scenes(self.programs, self.ways, limit.runs, self.on_step)
         budget, until = self._runs(kept=kept), time.monotonic() + limit.seconds
-        parts: list[tuple[Ints, Floats, Ints, Ints, Bools, Floats, Ints]] = []
+        parts: list[tuple[Ints, Floats, Ints, Floats, Bools, Floats, Ints]] = []
         texts: dict[int, str] = {}
         made = valid = 0
         while made < budget and (not made or time.monotonic() < until):
             numbers = np.arange(made + 1, made + min(BLOCK, budget - made) + 1)
             done = drive(scenario, self.driver, self._scenes(numbers, kept=kept, hopeful=valid > 0), self.plan.jobs)
             check_mistake(scenario, done, self.path)
-            outcomes, places = done.outcomes, self.programs.places_of_runs(done.scenes)
+            outcomes, values = done.outcomes, self.programs.values_of_runs(done.scenes)
             failed, severity = self._judged(outcomes)
             ends = np.stack([outcomes.end_reason, outcomes.end_rule], axis=1)
             rows = np.flatnonzero(outcomes.verdict == Verdict.VALID)
             texts |= {valid + i: end_of(self.program, outcomes, row).text for i, row in enumerate(rows.tolist())}
             genomes, keys = done.scenes.genomes[rows], done.scenes.keys[rows]
-            parts.append((numbers[rows], genomes, keys, places[rows], failed[rows], severity[rows], ends[rows]))
+            parts.append((numbers[rows], genomes, keys, values[rows], failed[rows], severity[rows], ends[rows]))
             made, valid = made + len(numbers), valid + len(rows)
             self.on_step("runs", made, budget)
             if not valid and self.tway is None:
                 break
         if not parts:
             raise ArgumentError("no row of the covering array has a scene", "leave --method tway out")
-        numbers, genomes, keys, places, failed, severity, ends = (
+        numbers, genomes, keys, values, failed, severity, ends = (
             np.concatenate(each) for each in zip(*parts, strict=True)
         )
-        return _Drawn(numbers, genomes, keys, places, failed, severity, ends, texts, made - valid, kept)
+        places = self.programs.places(values)
+        return _Drawn(numbers, genomes, keys, values, places, failed, severity, ends, texts, made - valid, kept)
 
     def _runs(self, *, kept: bool) -> int:
         return len(self.tway.keys) if self.tway is not None else 1 if kept else self.plan.limit.runs
@@ -261,9 +268,36 @@ class _Coverage:
             method=self.plan.method,
             joint=self.plan.joint,
             remarks=(*self._array_remarks(), *self._proof_remarks()),
+            totals=tuple(self._total(number, drawn) for number in range(len(self.domains))),
+            verdicts=self._verdicts(drawn),
             files=self.files,
             seconds=time.monotonic() - started,
         )
+
+    def _total(self, domain: int, drawn: _Drawn) -> DomainTotal:
+        """Return the runs by the cells of a domain."""
+        cells, places, values = self.domains[domain].cells, drawn.places[:, domain], drawn.values[:, domain]
+        outside = values[places == OUTSIDE]
+        runs = np.bincount(places[places >= 0], minlength=len(cells))
+        if any(cell.item for cell in cells):
+            return DomainTotal(tuple(runs.tolist()), other=len(outside))
+        below = int((outside < min(cell.low for cell in cells)).sum())
+        above = int((outside > max(cell.high for cell in cells)).sum())
+        return DomainTotal(tuple(runs.tolist()), below, above, len(outside) - below - above)
+
+    def _verdicts(self, drawn: _Drawn) -> dict[str, int] | None:
+        """Return the numbers of runs by their verdict."""
+        if (verdict := self.plan.verdict) is None:
+            return None
+        found = Counter(verdict(self._named(*row)) for row in zip(drawn.values, drawn.places, strict=True))
+        return {name: found[name] for name in VERDICTS}
+
+    def _named(self, values: Floats, places: Ints) -> dict[str, Any]:
+        """Return the values of a run by domain, in its unit; None for no value."""
+        return {
+            each.name: None if place == MISSING else _shown(each, value, place)
+            for each, value, place in zip(self.domains, values.tolist(), places.tolist(), strict=True)
+        }
 
     def _proof_remarks(self) -> Iterator[str]:
         yield from (f"some cells are {reason}" for reason in dict.fromkeys(self.proofs.reasons.values()))
@@ -306,7 +340,10 @@ class _Coverage:
         bounds = (each.least, each.greatest)
         ends = [None if named or not math.isfinite(end) else end / each.scale for end in bounds]
         cells = tuple(cell.text for cell in each.cells)
-        return DomainInfo(each.name, each.when, each.text, self.program.place(each.line), each.unit, cells, *ends)
+        edges = () if named else tuple((cell.low / each.scale, cell.high / each.scale) for cell in each.cells)
+        return DomainInfo(
+            each.name, each.when, each.text, self.program.place(each.line), each.unit, cells, edges, *ends
+        )
 
     def _product(self, domains: tuple[int, ...], drawn: _Drawn) -> Iterator[CellResult]:
         """Yield the cells of one product."""
@@ -409,3 +446,15 @@ class _Coverage:
 
 ALWAYS = ("start", "end")
 """Instants that every run has."""
+VERDICTS = ("inside", "outside", "unknown")
+"""Verdicts under an operational design domain."""
+
+
+def _shown(domain: ir.Domain, value: float, place: int) -> Any:
+    """Return a value as its author writes it: a number in its unit, a truth, or the text of an item."""
+    items = [cell.item for cell in domain.cells]
+    if not any(items):
+        return value / domain.scale
+    if set(items) <= {"True", "False"}:
+        return bool(value)
+    return items[place].strip("\"'") if place >= 0 else "<other>"

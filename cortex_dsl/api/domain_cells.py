@@ -78,10 +78,10 @@ class DomainPrograms:
         """Return the domains at the start."""
         return tuple(number for number, each in enumerate(self.domains) if each.when == "start")
 
-    def places_of_runs(self, scenes: Scenes) -> Ints:
-        """Return (n, domains) the cells of the runs of driven scenes, which are run once more."""
+    def values_of_runs(self, scenes: Scenes) -> Floats:
+        """Return (n, domains) the values of the runs of driven scenes, which are run once more, SI; NaN for none."""
         measured = self._measured(scenes, self.measuring.config.simulation)
-        return self.places(self.measuring.simulate(replace(measured, actions=scenes.actions), jobs=self.jobs))
+        return self.values(self.measuring.simulate(replace(measured, actions=scenes.actions), jobs=self.jobs))
 
     def start_places(self, scenes: Scenes) -> Ints:
         """Return (n, domains) the cells of scenes; only those of domains at the start mean something."""
@@ -91,15 +91,15 @@ class DomainPrograms:
         measuring = replace(self.measuring, config=replace(self.measuring.config, simulation=brief))
         if self.program.controls:
             measured = coasting(self.program, measured)
-        return self.places(measuring.simulate(measured, jobs=self.jobs))
+        return self.places(self.values(measuring.simulate(measured, jobs=self.jobs)))
 
     def _measured(self, scenes: Scenes, config: SimulationConfig) -> Scenes:
         """Return the same scenes of the measuring program, which have more values."""
         return sample(self.measuring.program, scenes.genomes, scenes.keys, config, self.jobs)
 
-    def places(self, outcomes: Outcomes) -> Ints:
-        """Return (n, domains) the cells of runs of the measuring program."""
-        values, columns = self.values(outcomes), list[Ints]()
+    def places(self, values: Floats) -> Ints:
+        """Return (n, domains) the cells of values (n, domains; SI)."""
+        columns = list[Ints]()
         for number, each in enumerate(self.domains):
             ends = np.array([(cell.low, cell.high, cell.closed) for cell in each.cells])
             columns.append(places_of(values[:, number], ends[:, 0], ends[:, 1], ends[:, 2] == 1.0))

@@ -154,7 +154,7 @@ def _event(cells: StartCells, programs: DomainPrograms, effort: Effort) -> tuple
         return -_distance(programs, cells, runs.outcomes)
 
     def inside(runs: Runs, _values: Floats) -> Bools:
-        places = programs.places(runs.outcomes)
+        places = programs.places(programs.values(runs.outcomes))
         return np.all([places[:, domain] == place for domain, place in cells], axis=0)
 
     def failed(runs: Assessment) -> Bools:

@@ -13,7 +13,10 @@ from cortex_dsl.console.user_files import place_files, read_source, write_output
 
 if TYPE_CHECKING:
     from cortex_dsl.api.coverage import CoveragePlan
+    from cortex_dsl.api.scenario import Scenario
+    from cortex_dsl.interchange.openodd import OddDomains
     from cortex_dsl.report.findings.coverage_report import CoverageReport
+    from cortex_dsl.source import Source
 
 DESCRIPTION = """\
 Fill the cells of the `domain` lines of a file with independent runs, and say
@@ -37,15 +40,21 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
     from cortex_dsl.console.compiling import compile_request
     from cortex_dsl.console.kernels import SEARCH, compile_kernels
     from cortex_dsl.console.simulating import open_scenario, proved_impossible
+    from cortex_dsl.pipeline import compile_module
     from cortex_dsl.report.terminal.coverage_view import CoverageProgress
 
     request, run = filled(CompileRequest, options), filled(RunRequest, options)
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    scenario = open_scenario(request, run, compiled)
+    scenario, source, odd = open_scenario(request, run, compiled), read_source(options.file), None
     with usage_errors():
         plan = _plan(options)
+        if options.domain is not None:
+            odd = _read_odd(options, scenario, source)
+            source, plan = odd.source, replace(plan, verdict=odd.verdict)
+            compiled = compile_module(odd.module, source, scenario.overrides, scenario=scenario.chosen)
+            scenario = replace(scenario, compiled=compiled)
         scenario = replace(scenario, config=replace(scenario.config, driver=None))
         check_domains(scenario, plan)
         _check_folder(options.out)
@@ -54,13 +63,21 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
         if impossible is not None:
             return impossible
         with CoverageProgress(terminal.err, 1) as progress:
-            report = cover(scenario, read_source(options.file), plan, progress.on_step)
+            report = cover(scenario, source, plan, progress.on_step)
+        if odd is not None:
+            report = replace(report, remarks=(*report.remarks, *odd.remarks))
     _show(report, options, terminal)
-    _write(report, options, terminal)
+    _write(report, odd, options, terminal)
     if not report.draws:
         return Exit.NO_SCENE
     broken = options.require is not None and report.share < options.require
     return Exit.BROKEN_LIMIT if broken else Exit.FINE
+
+
+def _read_odd(options: argparse.Namespace, scenario: "Scenario", source: "Source") -> "OddDomains":
+    from cortex_dsl.interchange.openodd import odd_domains, read_odd
+
+    return odd_domains(read_odd(options.domain), source, scenario.compiled.module, options.domain)
 
 
 def _plan(options: argparse.Namespace) -> "CoveragePlan":
@@ -112,13 +129,15 @@ def _show(report: "CoverageReport", options: argparse.Namespace, terminal: Termi
         terminal.out.print(coverage_view(report, options.require), crop=False)
 
 
-def _write(report: "CoverageReport", options: argparse.Namespace, terminal: Terminal) -> None:
-    """Write the document and the table of all cells."""
+def _write(report: "CoverageReport", odd: "OddDomains | None", options: argparse.Namespace, terminal: Terminal) -> None:
+    """Write the document, the table of all cells, and the coverage for `openodd`."""
     import csv
     import io
 
+    from cortex_dsl.interchange.openodd import SUFFIX, coverage_document
     from cortex_dsl.report.documents import document
     from cortex_dsl.report.findings.coverage_report import coverage_content, coverage_rows
+    from engine.strict_json import json_text
 
     if options.out is None:
         return
@@ -127,6 +146,8 @@ def _write(report: "CoverageReport", options: argparse.Namespace, terminal: Term
     content = {**coverage_content(report), "diagnostics": terminal.diagnostics, "notes": terminal.notes}
     write_output(options.out / DOCUMENT, document("coverage", content))
     write_output(options.out / TABLE, table.getvalue())
+    exchange = json_text(coverage_document(report, odd), indent=2)
+    write_output(options.out / f"{Path(report.path).stem}{SUFFIX}", f"{exchange}\n")
     place_files(options.out, report.files, force=True)
 
 
@@ -158,6 +179,7 @@ COVERAGE = Command(
             choices=("independent", "tway"),
             default="independent",
         ),
+        Option("--domain", "an OpenODD file, whose attributes replace the domains", "ODD", Path),
         Option("--joint", "intervals that hold together (Bonferroni)", default=False),
         Option("--rare", "search untried cells at the start, by N >= 1000 runs each (0)", "N", whole_number(0, 10**6)),
         Option("--out", "folder for coverage.json, cells.csv and scenes", "DIR", Path),

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import pairwise
 from typing import Any
 
 from cortex_dsl.report.findings.readable import significant
@@ -51,9 +52,17 @@ class DomainInfo:
     line: str
     unit: str
     cells: tuple[str, ...]
+    ends: tuple[tuple[float, float], ...] = ()
+    """Ends of the cells in its unit; () for items that are no numbers."""
     least: float | None = None
     """Least possible value in its unit; None if it is not known."""
     greatest: float | None = None
+
+    @property
+    def is_numeric(self) -> bool:
+        """Return True if the cells are intervals that follow one another without a gap."""
+        meet = all(one[1] == other[0] for one, other in pairwise(self.ends))
+        return bool(self.ends) and meet and all(low < high for low, high in self.ends)
 
     @property
     def range_text(self) -> str:
@@ -62,6 +71,19 @@ class DomainInfo:
             return ""
         ends = f"{significant(self.least, 4)} to {significant(self.greatest, 4)} {self.unit}".rstrip()
         return significant(self.least, 4) + f" {self.unit}".rstrip() if self.least == self.greatest else ends
+
+
+@dataclass(frozen=True)
+class DomainTotal:
+    """Runs by the cells of one domain."""
+
+    runs: tuple[int, ...]
+    """Runs in each cell."""
+    below: int = 0
+    """Runs with a number below all cells."""
+    above: int = 0
+    other: int = 0
+    """Runs with another value that lies in no cell."""
 
 
 @dataclass(frozen=True)
@@ -153,6 +175,10 @@ class CoverageReport:
     joint: bool = False
     """True if all intervals hold together with the confidence `LEVEL` (Bonferroni)."""
     remarks: tuple[str, ...] = ()
+    totals: tuple[DomainTotal, ...] = ()
+    """Runs by the cells of each domain."""
+    verdicts: Mapping[str, int] | None = None
+    """Runs by their verdict under an operational design domain; None without one."""
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     """Scenes as files, by their names."""
     seconds: float = 0.0
@@ -273,6 +299,7 @@ def coverage_content(report: CoverageReport) -> dict[str, Any]:
         "level": LEVEL,
         "joint": report.joint,
         "counts": {state.value: count for state, count in report.counts.items()},
+        "operational_design_domain": report.verdicts and dict(report.verdicts),
         "possible": report.possible,
         "share": report.share,
         "domains": [_domain_content(each) for each in report.domains],

@@ -77,6 +77,9 @@ def _notes(report: CoverageReport) -> Iterator[str]:
         yield f"{counted(report.valueless, 'run')} without a number for some domain: in no cell"
     if report.timed:
         yield f"the number of runs depends on the machine: --budget {report.budget}"
+    if report.verdicts is not None:
+        found = ", ".join(f"{count:,} {name}" for name, count in report.verdicts.items())
+        yield f"runs by the operational design domain: {found}"
     yield from report.remarks
 
 
