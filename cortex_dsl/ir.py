@@ -426,7 +426,7 @@ class Domain:
 
     name: str
     when: str
-    """`start`, `contact` or `end`."""
+    """`start`, `first sight`, `contact` or `end`."""
     line: int
     text: str
     """The value as the file writes it."""

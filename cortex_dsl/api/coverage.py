@@ -17,14 +17,16 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl import ir
+from cortex_dsl.api import arguments
 from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.api.domain_cells import DIRECTED, DomainPrograms
 from cortex_dsl.api.limits import Budget, budget_of
 from cortex_dsl.api.rare_cells import Effort, sought
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.api.seeded_runs import (
     BLOCK,
     check_mistake,
+    check_seed,
     draw_scenes,
     drive,
     fitting_driver,
@@ -47,8 +49,10 @@ from cortex_dsl.report.findings.coverage_report import (
 )
 from cortex_dsl.report.findings.story import end_of, end_text
 from cortex_dsl.source import Source
+from cortex_dsl.syntax.reading import read_source
 from engine.dependence import leaves_nothing_to_chance
 from engine.driving.blocks import Driver
+from engine.driving.named import driver_of
 from engine.errors import ArgumentError
 from engine.gates.coverage import MISSING, MOST_CELLS, OUTSIDE, Counted, cells_in, count_cells, counted, products
 from engine.outcomes import Outcomes
@@ -114,6 +118,51 @@ def cover(scenario: Scenario, source: Source, plan: CoveragePlan, on_step: OnSte
         ControllerError: the driver cannot be asked.
     """
     return _Coverage(scenario, source, plan, on_step).report()
+
+
+def coverage(
+    file: str | Path,
+    *,
+    ways: int | None = None,
+    budget: int | str | None = None,
+    seed: int = 0,
+    method: str = INDEPENDENT,
+    joint: bool = False,
+    rare: int = 0,
+    ego: object = None,
+    jobs: int = 1,
+) -> CoverageReport:
+    """Return the state of each cell of the `domain` lines of a file and of their products, with its proof.
+
+    Args:
+        file: a file with `domain` lines.
+        ways: domains in a product, 1, 2 or 3; None: two, or one if there is one domain only.
+        budget: runs, or a time such as `"90s"`; None: 2,000, or as many as a covering array has scenes.
+        seed: seed of the first run.
+        method: `independent` draws, or `tway`, a covering array of the cells at the start.
+        joint: whether all intervals hold together.
+        rare: runs of the search for each untried cell at the start; 0: no search.
+        ego: driver, as for `Scenario.driven_by`.
+        jobs: threads; the result does not depend on it.
+
+    Raises:
+        ArgumentError: the file has no domains or too many cells, or a number cannot be.
+        CompileError: the file has errors, or no scene is possible.
+        ControllerError: the driver cannot drive the file.
+    """
+    arguments.one_of("method", method, METHODS)
+    plan = CoveragePlan(
+        ways=None if ways is None else arguments.whole("ways", ways, 1),
+        budget=None if budget is None else budget_of(budget),
+        seed=arguments.whole("seed", seed, 0),
+        joint=joint,
+        rare=arguments.whole("rare", rare, 0),
+        method=method,
+        driver=driver_of(ego),
+        jobs=arguments.whole("jobs", jobs, 1),
+    )
+    check_seed(plan.seed)
+    return cover(load(file), read_source(file), plan)
 
 
 def check_domains(scenario: Scenario, plan: CoveragePlan) -> int:

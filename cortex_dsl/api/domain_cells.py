@@ -14,8 +14,9 @@ from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.files import DISK
 from cortex_dsl.pipeline import compile_module
 from cortex_dsl.report.findings.coverage_report import CellResult, RequirementInfo, State
-from cortex_dsl.semantics.acting.domains import OBJECTIVE, requirement_name
+from cortex_dsl.semantics.acting.domains import OBJECTIVE, SIGHT, requirement_name
 from cortex_dsl.source import Source
+from engine.batch import trajectory
 from engine.config import SimulationConfig
 from engine.feasibility.explanation import conflict_of, gene_boxes, slices_of
 from engine.feasibility.slices import EVERY, MOST, Sliced, bit
@@ -81,7 +82,27 @@ class DomainPrograms:
     def values_of_runs(self, scenes: Scenes) -> Floats:
         """Return (n, domains) the values of the runs of driven scenes, which are run once more, SI; NaN for none."""
         measured = self._measured(scenes, self.measuring.config.simulation)
-        return self.values(self.measuring.simulate(replace(measured, actions=scenes.actions), jobs=self.jobs))
+        measured = replace(measured, actions=scenes.actions)
+        outcomes = self.measuring.simulate(measured, jobs=self.jobs)
+        values = self.values(outcomes)
+        late = [number for number, each in enumerate(self.domains) if each.when == SIGHT]
+        if late:
+            values[:, late] = self._at_first_sight(measured, outcomes, late)
+        return values
+
+    def _at_first_sight(self, scenes: Scenes, outcomes: Outcomes, domains: Sequence[int]) -> Floats:
+        """Return (n, domains) the values in the first sample in which the ego sees another actor; NaN for none."""
+        program, config = self.measuring.program, self.measuring.config
+        rules = {each.name: number for number, each in enumerate(program.rules)}
+        columns = [rules[f"{OBJECTIVE}{domain}"] for domain in domains]
+        found = np.full((len(scenes), len(domains)), math.nan)
+        first = np.min(outcomes.first_seen, axis=1, initial=math.inf, where=~np.isnan(outcomes.first_seen))
+        for row in np.flatnonzero(np.isfinite(first) & (outcomes.verdict == Verdict.VALID)).tolist():
+            watched = trajectory(program, scenes, row, config.simulation, config.contact).watched
+            sample = round(float(first[row]) / config.simulation.time_step)
+            if sample < len(watched):
+                found[row] = watched[sample, columns]
+        return found
 
     def start_places(self, scenes: Scenes) -> Ints:
         """Return (n, domains) the cells of scenes; only those of domains at the start mean something."""

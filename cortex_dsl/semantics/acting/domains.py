@@ -1,4 +1,4 @@
-"""`domain`: cells of a value at the start, at the ego's first contact or at the end of a run, for coverage.
+"""`domain`: cells of a value at the start, at first sight, at contact or at the end of a run, for coverage.
 
 A domain changes no scene and no run. Compiled for coverage, its value becomes an objective, a reading at the instant;
 or chosen cells become requirements on the scene, so that intervals can prove that no scene lies in them.
@@ -33,7 +33,14 @@ from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Reducer, RuleKind, Sense
 
-REDUCERS = {"start": Reducer.INITIAL, "contact": Reducer.CONTACT, "end": Reducer.FINAL}
+SIGHT = "first sight"
+"""Instant at which the ego first sees another actor; its value is read from the states over time."""
+REDUCERS = {
+    "start": Reducer.INITIAL,
+    SIGHT: Reducer.FINAL,
+    "contact": Reducer.CONTACT,
+    "end": Reducer.FINAL,
+}
 """Reading of each instant."""
 OBJECTIVE = "domain "
 """Beginning of the name of the objective that a domain becomes, which is followed by its number."""
@@ -50,8 +57,8 @@ def domain(ev: Evaluator, node: nodes.Domain) -> None:
         return
     if not node.name.isprintable() or not node.name.strip():
         raise NOT_ONE_LINE.mistake(node.span, what="a domain", name=ascii(node.name)[1:-1])
-    if node.when == "contact" and len(ev.run.built.actors) < 2:
-        raise NOBODY_ELSE.mistake(node.span, name="at contact")
+    if node.when in ("contact", SIGHT) and len(ev.run.built.actors) < 2:
+        raise NOBODY_ELSE.mistake(node.span, name=f"at {node.when}")
     decisions = ev.run.decisions
     drawn = decisions.draw_count, len(decisions.choices)
     scene = ev.at_moment(Moment(scenario=ev.moment.scenario))
@@ -99,7 +106,7 @@ def _declare(ev: Evaluator, node: nodes.Domain, made: ir.Domain) -> int:
 def _measure(ev: Evaluator, node: nodes.Domain, number: int, value: Term, dimension: ir.Dimension) -> None:
     """Make the value at the instant an objective."""
     run, key = ev.file.run, (node.value.span, RuleKind.WATCH)
-    rule = run.rule(node.value.span, node.name, RuleKind.WATCH)
+    rule = run.rule(node.value.span, f"{OBJECTIVE}{number}", RuleKind.WATCH)
     ev.run.built.rule_conditions[key] = value
     made = ir.Objective(Sense.MAXIMIZE, f"{OBJECTIVE}{number}", ev.facts.line(node.span), dimension)
     run.objectives.setdefault(node.span, (node, made))

@@ -106,6 +106,22 @@ def test_planted_blocked_and_untried_cells(planted: Callable[..., Path], cortexc
     assert set(slow.values()) == {"blocked"}
 
 
+def test_the_instant_of_first_sight(planted: Callable[..., Path], cortexc: Run) -> None:
+    """A truck beyond the view of the ego is first seen when it comes into it; one within it is seen at the start."""
+    seen = 'domain "seen" SPEED * simulation().currentTime / (10 m/s) at first  sight in [(0, 0.001), (0.001, 100)]'
+    path = planted(GAP, seen, time=2.0)
+    path.write_text(path.read_text().replace("with speed SPEED,", "with speed SPEED, with visibleDistance 25 m,"))
+    found = {
+        cell["name"]: cell["state"] for cell in cortexc("coverage", path, "--budget", 200, "--json").document["cells"]
+    }
+    assert found["gap 20 to 30 m, seen 0 to 0.001"] == "covered"
+    assert found["gap 30 to 40 m, seen 0.001 to 100"] == "covered"
+    assert found["gap 30 to 40 m, seen 0 to 0.001"] in ("untried", "excluded")
+    path.write_text(path.read_text().replace("visibleDistance 25 m", "visibleDistance 1 m"))
+    never = cortexc("coverage", path, "--ways", 1, "--budget", 50, "--json").document["cells"]
+    assert {cell["state"] for cell in never if cell["name"].startswith("seen")} == {"blocked"}
+
+
 def test_a_covered_cell_has_its_interval_and_its_worst_run(planted: Callable[..., Path], cortexc: Run) -> None:
     """The interval is that of Clopper and Pearson, and the command of the worst run repeats it."""
     path = planted(SPEED, 'expect always (minimum distance from ego to truck) > 8 m as "room"', time=2.0)

@@ -188,7 +188,10 @@ def test_a_run_without_a_value_is_unknown(files: Callable[..., tuple[Path, Path]
         ("openodd: [none.yaml]\n", "none.yaml"),
         ("openodd: [odd.yaml]\nprobes: {dynamic.ego_speed: {buckets: [3, 1]}}\n", "binding.yaml"),
         ("not yaml: [", "binding.yaml"),
-        ("openodd: [odd.yaml]\nprobes: {environment.fog: {probe: f}}\n", "`environment.fog` of the ODD has no counterpart"),
+        (
+            "openodd: [odd.yaml]\nprobes: {environment.fog: {probe: f}}\n",
+            "`environment.fog` of the ODD has no counterpart",
+        ),
     ],
 )
 def test_bad_odds(binding: str, said: str, files: Callable[..., tuple[Path, Path]], cortexc: Run) -> None:
