@@ -126,7 +126,7 @@ def _show(report: "CoverageReport", options: argparse.Namespace, terminal: Termi
     if options.json:
         terminal.document("coverage", coverage_content(report))
     else:
-        terminal.out.print(coverage_view(report, options.require), crop=False)
+        terminal.out.print(coverage_view(report, options.require))
 
 
 def _write(report: "CoverageReport", odd: "OddDomains | None", options: argparse.Namespace, terminal: Terminal) -> None:
