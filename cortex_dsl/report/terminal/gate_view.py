@@ -133,16 +133,19 @@ class GateProgress:
 
     @contextmanager
     def paused(self) -> Generator[None]:
-        """Take the line away while the block writes to the terminal."""
+        """Take the line away while the block writes to the terminal; its time does not count in the estimate."""
+        begun = time.monotonic()
         if self._live is None:
             self._silent.set()
             yield
             self._silent.clear()
+            self.started += time.monotonic() - begun
             return
         self._live.stop()
         try:
             yield
         finally:
+            self.started += time.monotonic() - begun
             self._start()
 
     def on_runs(self, runs: int, budget: int) -> None:
