@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cortex_dsl.api.comparing import compare
+    from cortex_dsl.api.coverage import coverage
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.proofs import prove
     from cortex_dsl.api.resuming import resume
@@ -39,6 +40,7 @@ __all__ = [
     "__version__",
     "compare",
     "compile_text",
+    "coverage",
     "export",
     "load",
     "measure",
@@ -60,6 +62,7 @@ _HOMES = {
     "Scenario": "cortex_dsl.api.scenario",
     "compare": "cortex_dsl.api.comparing",
     "compile_text": "cortex_dsl.api.scenario",
+    "coverage": "cortex_dsl.api.coverage",
     "export": "cortex_dsl.interchange.exchange",
     "load": "cortex_dsl.api.scenario",
     "measure": "cortex_dsl.interchange.exchange",
