@@ -82,7 +82,6 @@ class Suite:
     folder: Path
     title: str
     edition: str
-    document: str
     notes: tuple[str, ...]
     entry: tuple[str, ...]
     """Patterns of cells that must be green; otherwise there are no points."""
@@ -164,14 +163,13 @@ def read_suite(folder: Path) -> Suite:
         folder=folder,
         title=table["title"],
         edition=table["edition"],
-        document=table["document"],
         notes=tuple(table.get("notes", ())),
         entry=tuple(table.get("entry", ())),
         groups=tuple(groups),
     )
 
 
-_SUITE = {"title": str, "edition": str, "document": str, "groups": list}
+_SUITE = {"title": str, "edition": str, "groups": list}
 _GROUP = {"name": str, "source": str, "status": str, "id": list, "cells": list}
 _OPTIONAL = {
     "file": str, "rule": str, "impact": str, "points": dict, "hold": dict, "limit": (int, float), "reason": str,

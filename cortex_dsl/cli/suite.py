@@ -110,7 +110,8 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
     """
     from cortex_dsl.api.contenders import ON_FILES, side_of
     from cortex_dsl.api.limits import budget_of
-    from cortex_dsl.api.suites import RUNS, SuitePlan, run_plan
+    from cortex_dsl.api.suite_cells import RUNS, SuitePlan
+    from cortex_dsl.api.suites import run_plan
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
     from cortex_dsl.report.terminal.gate_view import GateProgress
     from engine.search.store import new_directory

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.report.blocks import Drawing
 from engine.display import counted
 from engine.gates.ratings import EXTENDED, STANDARD, Colour, extended_points, standard_points
 
@@ -111,7 +110,6 @@ class GroupResult:
     error: "CompileError | None" = None
     source: "Source | None" = None
     diagnostics: "tuple[Diagnostic, ...]" = ()
-    drawings: tuple[Drawing, ...] = ()
     files: Mapping[str, bytes] = field(default_factory=dict)
     """Kept cases by their places below the folder of the results."""
 

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 import cortex_dsl as cx
 from cortex_dsl.api import testing
 from cortex_dsl.api.suite_tables import SuiteError, read_suite, suite_names, suite_of
-from cortex_dsl.api.suites import largest_ranges, run_suite, spread
+from cortex_dsl.api.suites import run_suite
 from cortex_dsl.console.terminal import Exit
 from cortex_dsl.report.findings.suite_report import CellResult, Outcome, SuiteReport
+from engine.gates.ranges import largest_ranges, spread
 
 Run = Callable[..., Any]
 BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
