@@ -4,6 +4,9 @@ Input: a list of colourings, each a mapping from cells (`CCRs/40/25`) to colours
 every scenario, as [standard, extended]. Sheets, matrices, ranges and scores are those of the calculator.
 """
 
+# The calculator has an environment of its own.
+# pyright: reportMissingImports=false, reportMissingModuleSource=false
+
 import json
 import sys
 
