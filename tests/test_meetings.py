@@ -19,7 +19,7 @@ map road(lanes=2, length=2 km, lane_width=12 m)
 ego = new Car at (-500, 3), facing {turned} deg, with speed {speed} m/s, with regionContainedIn None,
     with behavior ConstantSpeedBehavior({speed} m/s)
 other = new {kind} meeting ego at {place} after {time} s, facing {heading} deg, with speed {own} m/s,
-    with regionContainedIn None, with behavior ConstantSpeedBehavior({own} m/s)
+    with drag 0 m/s^2, with regionContainedIn None, with behavior ConstantSpeedBehavior({own} m/s)
 terminate after 12 s
 """
 

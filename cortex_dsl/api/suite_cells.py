@@ -48,7 +48,7 @@ EGO_SPEED = "EGO_SPEED"
 BLIND = f"ConstantSpeedBehavior({EGO_SPEED})"
 """Ego whose run reference drivers judge."""
 FEWEST, USUAL_RATE, SHARE_OF_DRAWS = 16, 500.0, 0.7
-"""With a budget of time: fewest runs of a cell, runs in a second before any was measured, and share of the time for the
+"""Budget of time: fewest runs of a cell, runs in a second before any was measured, and share of the time for the
 runs within the tolerances; the search for the least deviation has the rest.
 """
 CORNERS = 6
