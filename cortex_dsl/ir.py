@@ -430,7 +430,7 @@ class Domain:
 
     name: str
     when: str
-    """`start`, `contact` or `end`."""
+    """`start`, `first sight`, `contact` or `end`."""
     line: int
     text: str
     """The value as the file writes it."""
@@ -438,8 +438,6 @@ class Domain:
     """Unit in which values are shown."""
     scale: float
     """SI value = shown value * scale."""
-    si: str
-    """SI unit word of the value; "" for a pure number."""
     cells: tuple[Cell, ...]
     least: float = math.nan
     """Least possible value by interval arithmetic, SI; NaN unless the instant is the start."""

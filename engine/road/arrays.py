@@ -1,7 +1,8 @@
 """`road_tables`: a network as arrays for the kernels."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import chain
 from typing import Any
 
@@ -89,8 +90,13 @@ def cells_of(edges: Floats) -> dict[str, Any]:
     The index has no influence on results. Each cell has a reference point with known containment. A place in the cell
     is inside or outside like that point, reversed by each edge between the two (`kernels.region`).
     """
-    if len(edges) < MANY:
-        return {}
+    return {} if len(edges) < MANY else dict(_cells(np.ascontiguousarray(edges).tobytes()))
+
+
+@lru_cache(maxsize=16)
+def _cells(content: bytes) -> Mapping[str, Any]:
+    """Return the index of edges (n, 4), given as bytes. The files of a folder share roads."""
+    edges = np.frombuffer(content).reshape(-1, 4).copy()
     low, high = edges.reshape(-1, 2).min(axis=0), edges.reshape(-1, 2).max(axis=0)
     wide, deep = (high - low + 2.0 * SIDE).tolist()
     side = max(SIDE, math.sqrt(wide * deep / MOST_CELLS))
