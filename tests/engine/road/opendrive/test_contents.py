@@ -79,7 +79,7 @@ def test_every_field_of_a_network_is_packed(cache: Path) -> None:
     assert not full.kerbs
     assert not len(full.buildings)
     full.remarks, full.levels, full.speed_limits = ("mended",), ("road 1 passes above road 2",), {0: 10.0}
-    full.unread = "not read: object (1, line 1)"
+    full.unread, full.heights = "not read: object (1, line 1)", np.ones((1, 6))
     full.signs = (RoadSign("9", "50", "de", "274", "50", 50.0, "road1", 1.0, 2.0, (0,)),)
     whole = to_bytes(packed(full, maker.NEAR, maker.ALIKE), "key")
     empty = Network(full.spec, not full.left_hand)
