@@ -11,7 +11,7 @@ from engine.errors import InterchangeError
 from engine.maps import MapFile
 from engine.road import Network, build_network
 from engine.road.arrays import road_tables
-from engine.road.network import RoadSign
+from engine.road.network import RoadSign, Surface, SurfaceKind
 from engine.road.opendrive import making as maker
 from engine.road.opendrive import network
 from engine.road.opendrive.contents import from_bytes, packed, to_bytes, unpacked
@@ -72,6 +72,10 @@ def test_a_network_comes_back_from_its_contents_bit_for_bit(cache: Path) -> None
     assert from_bytes(to_bytes(contents, "key"), "another key") is None
 
 
+ADDED = ("added_paths", "added_regions")
+"""Fields that scenarios fill."""
+
+
 def test_every_field_of_a_network_is_packed(cache: Path) -> None:
     """A field without its value makes other contents; those that no file fills are left out."""
     digest = map_file(VILLAGE, "village.xodr").digest
@@ -81,13 +85,15 @@ def test_every_field_of_a_network_is_packed(cache: Path) -> None:
     full.remarks, full.levels, full.speed_limits = ("mended",), ("road 1 passes above road 2",), {0: 10.0}
     full.unread = "not read: object (1, line 1)"
     full.signs = (RoadSign("9", "50", "de", "274", "50", 50.0, "road1", 1.0, 2.0, (0,)),)
+    line, shape = full.paths.primitives(0), full.regions.shape(1)
+    full.surfaces = (Surface(full, 0, SurfaceKind.CROSSING, "crossing", line, shape, 4.0, "road1", ends=(None, 1)),)
     whole = to_bytes(packed(full, maker.NEAR, maker.ALIKE), "key")
     empty = Network(full.spec, not full.left_hand)
     for field in fields(Network):
         lacking = copy(full)
         setattr(lacking, field.name, getattr(empty, field.name))
         is_same = to_bytes(packed(lacking, maker.NEAR, maker.ALIKE), "key") == whole
-        assert is_same == (field.name in {"spec", "kerbs", "buildings"}), field.name
+        assert is_same == (field.name in {"spec", "kerbs", "buildings", "parked", *ADDED}), field.name
 
 
 def test_paths_that_a_scenario_joins_stay_its_own(cache: Path) -> None:
