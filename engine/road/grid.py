@@ -23,6 +23,7 @@ from engine.road.network import (
     Maneuver,
     Network,
     Road,
+    Surface,
     SurfaceKind,
 )
 from engine.road.paths import PathBook, Primitive
@@ -37,7 +38,7 @@ from engine.road.regions import (
     with_cores,
 )
 from engine.road.specification import crossing_depth, street_wall
-from engine.road.streets import CLEAR, StreetBuilder, has_strips, is_beside, round_corner
+from engine.road.streets import CLEAR, StreetBuilder, is_beside, lay_street, round_corner
 from engine.tables import ROAD_REGION, Floats
 
 # -- the plan ----------------------------------------------------------------------------------------------------------
@@ -244,16 +245,14 @@ class _Builder:
             kerb + np.array([site.x, site.y]) for site in grid.sites for kerb in grid.junction.corner_kerbs
         )
         network.buildings = grid.buildings()
-        self.add_street()
+        lay_street(network, self.surfaces)
         return network
 
     # -- strips beside the lanes, corners and crossings
 
-    def add_street(self) -> None:
-        """Add all surfaces: beside the lanes of all roads, at the corners, and the crossings over the arms."""
-        street, network = StreetBuilder(self.network), self.network
-        if not has_strips(street.spec):
-            return
+    def surfaces(self, network: Network) -> tuple[Surface, ...]:
+        """Return all surfaces: beside the lanes of all roads, at the corners, and the crossings over the arms."""
+        street = StreetBuilder(network)
         for road in network.roads:
             for group in road.groups:
                 lane, depth = group.lanes[0], crossing_depth(street.spec)
@@ -265,7 +264,7 @@ class _Builder:
             if street.spec.crossings:
                 for number, leg in enumerate(place.legs):
                     self.add_crossing(street, site, number, leg)
-        street.finish()
+        return street.finish()
 
     def add_corners(self, street: StreetBuilder, site: Site) -> None:
         """Add kerbs and sidewalks around an intersection, along its traffic."""

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from engine.maps import LoneRoad
 from engine.road.junction import CHORD_TOLERANCE
-from engine.road.network import Lane, LaneGroup, LaneRole, Links, Network, Road, SurfaceKind
+from engine.road.network import Lane, LaneGroup, LaneRole, Links, Network, Road, Surface, SurfaceKind
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape, between, strip
 from engine.road.specification import (
@@ -25,7 +25,7 @@ from engine.road.specification import (
     wrong_street_numbers,
     wrong_strips,
 )
-from engine.road.streets import CLEAR, StreetBuilder, has_strips, stretch
+from engine.road.streets import CLEAR, StreetBuilder, lay_street, stretch
 from engine.tables import ROAD_REGION
 
 NAME = "road"
@@ -151,23 +151,22 @@ def lone_road(spec: LoneRoad) -> Network:
     network.roads = (Road(network, NAME, forward, backward, middle),)
     none: list[tuple[int, ...]] = [() for _ in network.lanes]
     network.links = Links(none, [None for _ in none], none, none, [lane.path for lane in network.lanes])
-    _add_street(network, middle)
+    lay_street(network, _surfaces)
     return network
 
 
-def _add_street(network: Network, middle: tuple[Primitive, ...]) -> None:
-    """Add the strips beside the lanes of each direction, and the crossings."""
+def _surfaces(network: Network) -> tuple[Surface, ...]:
+    """Return the strips beside the lanes of each direction, and the crossings."""
     street, spec = StreetBuilder(network), network.spec
     assert isinstance(spec, LoneRoad)
-    if not has_strips(spec):
-        return
+    middle = network.roads[0].middle
     road, length = network.roads[0], sum(each.length for each in middle)
     half, places = 0.5 * spec.crossing_width, () if isinstance(spec.crossings, bool) else sorted(spec.crossings)
     for group in road.groups:
         lane = group.lanes[0]
         along = [network.paths.project(lane.path, *_pose(list(middle), place)) for place in places]
         street.beside(lane, [(s - half - CLEAR, s + half + CLEAR) for s in along])
-    if spec.one_way and spec.sidewalk is not None:
+    if spec.one_way:
         _add_far_side(street, spec, road.forward.lanes[-1])
     walks = [each for each in street.surfaces if each.kind is SurfaceKind.SIDEWALK]
     kerb = spec.lanes * spec.lane_width + setback(spec)
@@ -177,17 +176,16 @@ def _add_street(network: Network, middle: tuple[Primitive, ...]) -> None:
     for number, place in enumerate(places, 1):
         part = stretch(middle, max(0.0, place - half), min(length, place + half))
         street.cross(f"{NAME}.crossing.{number}", part, reach, NAME, (ends[0].id, ends[1].id))
-    street.finish()
+    return street.finish()
 
 
 def _add_far_side(street: StreetBuilder, spec: LoneRoad, lane: Lane) -> None:
     """Add the kerb and the sidewalk on the side of the fastest lane of a one-way road."""
     border = [each.beside(-street.side * 0.5 * lane.width) for each in street.network.paths.primitives(lane.path)]
-    width = spec.sidewalk or 0.0
-    line = street.shifted(border, -0.5 * width)
-    reach = -street.side * 0.5 * lane.width
-    shape = between(street.edge(lane, reach), street.edge(lane, reach - street.side * width))
-    street.add(SurfaceKind.SIDEWALK, "far.sidewalk", line, width, NAME, forward=False, shape=shape)
+    if (width := spec.sidewalk) is not None:
+        line, reach = street.shifted(border, -0.5 * width), -street.side * 0.5 * lane.width
+        shape = between(street.edge(lane, reach), street.edge(lane, reach - street.side * width))
+        street.add(SurfaceKind.SIDEWALK, "far.sidewalk", line, width, NAME, forward=False, shape=shape)
     street.add_curb("far", border, NAME, forward=False)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from engine.frozen import frozen, frozen_identity
 from engine.maps import MapSpec
 from engine.road.paths import PathBook, Pose, Primitive
-from engine.road.regions import RegionBook, Shape, shape_area
+from engine.road.regions import RegionBook, Shape, contains, shape_area
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -240,6 +240,10 @@ class Surface:
     def area(self) -> float:
         """Return the area [m^2]."""
         return shape_area(self.shape)
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return True if a point is inside."""
+        return contains(self.shape, x, y)
 
     @property
     def ends_at(self) -> tuple[Pose, Pose]:
@@ -466,13 +470,22 @@ class Network:
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """(n, 5): x, y, heading, length, width of blocks between the arms, then of parked cars."""
 
-    surfaces: tuple[Surface, ...] = ()
-    """Sidewalks, kerbs, shoulders, parking rows, bicycle lanes, crossings; along a road in the order of its traffic."""
+    lay: "Callable[[Network], tuple[Surface, ...]] | None" = field(default=None, repr=False)
+    """Function that makes the surfaces, which few scenarios use."""
     added_paths: dict[int, int] = field(default_factory=dict[int, int], repr=False)
     """Paths of the surfaces that were used, by their ids."""
     added_regions: dict[int, int] = field(default_factory=dict[int, int], repr=False)
+    between_kerbs: Shape | None = field(default=None, repr=False)
+    """Road, shoulders, parking rows and bicycle lanes of a file, as one region; None without such strips."""
     parked: int = 0
     """Number of the last rows of `buildings` that are parked cars."""
+
+    @cached_property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Return sidewalks, kerbs, shoulders, parking rows, bicycle lanes and crossings; along a road in the order of
+        its traffic.
+        """
+        return () if self.lay is None else self.lay(self)
 
     def elements_of(self, listed: str) -> tuple[Surface, ...]:
         """Return the surfaces of a tuple that `LISTED_IN` names."""

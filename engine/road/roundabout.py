@@ -40,7 +40,7 @@ from engine.road.specification import (
     wrong_street,
     wrong_street_numbers,
 )
-from engine.road.streets import CLEAR, StreetBuilder, has_strips, stretch
+from engine.road.streets import CLEAR, StreetBuilder, lay_street, stretch
 from engine.tables import ROAD_REGION, Floats
 
 ARMS = range(3, 9)
@@ -299,15 +299,13 @@ class _Builder:
         network.kerbs = tuple(kerb for arm in self.arms for kerb in plan.kerbs(arm))
         link_by_ways(network, {each.connecting: (each.end,) for each in network.maneuvers})
         network.links.gives_way = [self.gives_way(maneuver) for maneuver in network.maneuvers]
-        self.add_street()
+        lay_street(network, self.surfaces)
         return network
 
-    def add_street(self) -> None:
-        """Add all surfaces: beside the arms and the ring, around the corners, and the crossings over the arms."""
-        street, plan, network = StreetBuilder(self.network), self.plan, self.network
+    def surfaces(self, network: Network) -> tuple[Surface, ...]:
+        """Return all surfaces: beside the arms and the ring, around the corners, and the crossings over the arms."""
+        street, plan = StreetBuilder(network), self.plan
         spec = plan.spec
-        if not has_strips(spec):
-            return
         by_road: dict[str, list[Surface]] = {}
         first, last = CROSSING_SETBACK - CLEAR, _crossing_end(spec) + CLEAR
         for road in network.roads:
@@ -329,7 +327,7 @@ class _Builder:
                 street.add_curb(place, [line(arm, 0.0)], self.name(arm), at=arm)
             if spec.crossings:
                 self.add_crossing(street, arm, by_road[f"arm{arm + 1}"])
-        street.finish()
+        return street.finish()
 
     def add_crossing(self, street: StreetBuilder, arm: int, beside: Sequence[Surface]) -> None:
         """Add the crossing over an arm, at a distance from its line."""

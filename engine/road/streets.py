@@ -5,7 +5,7 @@ next to the kerb. Depths are measured from the border of the outer lane, positiv
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from hashlib import blake2b
 from itertools import pairwise
 
@@ -62,9 +62,11 @@ def layers(spec: Street) -> tuple[Layer, ...]:
     return tuple(found)
 
 
-def has_strips(spec: Street) -> bool:
-    """Return True if a road has any strip beside its lanes; without one its network has no surfaces."""
-    return bool(layers(spec))
+def lay_street(network: Network, lay: Callable[[Network], tuple[Surface, ...]]) -> None:
+    """Let a network make its surfaces by `lay` when they are first used, but parked cars at once."""
+    network.lay = lay
+    if isinstance(network.spec, Street) and network.spec.parked > 0.0:
+        assert network.surfaces
 
 
 def is_beside(surface: Surface, lane: Lane) -> bool:
@@ -84,12 +86,12 @@ class StreetBuilder:
         self.surfaces: list[Surface] = []
         self.cars: list[tuple[float, float, float, float, float]] = []
 
-    def finish(self) -> None:
-        """Give the network its surfaces and parked cars."""
-        self.network.surfaces = tuple(self.surfaces)
+    def finish(self) -> tuple[Surface, ...]:
+        """Return the surfaces; the parked cars join the buildings of the network."""
         if self.cars:
             self.network.buildings = np.vstack([self.network.buildings, self.cars])
             self.network.parked = len(self.cars)
+        return tuple(self.surfaces)
 
     def add(
         self,
@@ -146,9 +148,8 @@ class StreetBuilder:
             )  # fmt: skip
             if kind is SurfaceKind.PARKING:
                 self._park(name, lane, row, clear)
-        if has_strips(self.spec):
-            line = extended(self.shifted(outer, setback(self.spec)), *extent)
-            self.add_curb(name, line, lane.road, forward=lane.forward)
+        line = extended(self.shifted(outer, setback(self.spec)), *extent)
+        self.add_curb(name, line, lane.road, forward=lane.forward)
 
     def edge(self, lane: Lane, left: float, extent: tuple[float, float] = (0.0, 0.0)) -> Floats:
         """Return (n, 2) a line to the left of a lane's centre line [m], with the corners of the lane's border."""

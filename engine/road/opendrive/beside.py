@@ -13,6 +13,7 @@ from engine.errors import quoted
 from engine.frozen import frozen
 from engine.opendrive.near_roads import OdrCrossing
 from engine.opendrive.roads import OdrRoad
+from engine.road.areas import CARRIAGEWAY
 from engine.road.network import Surface, SurfaceKind
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
 from engine.road.opendrive.lanes import DRIVABLE, THROUGH, Lanes, Part, Sections
@@ -32,8 +33,6 @@ BESIDE: Mapping[str, SurfaceKind] = {
     "biking": SurfaceKind.BIKE_LANE,
 }
 """Kinds of surfaces by the types of lanes; Scenic counts borders and parking rows as shoulders, too."""
-CARRIAGEWAY = frozenset({SurfaceKind.SHOULDER, SurfaceKind.PARKING, SurfaceKind.BIKE_LANE})
-"""Kinds between the driving lanes and the kerb."""
 SHORTEST = 0.05
 """Least length of a surface [m]."""
 SMALLEST = 0.1

@@ -105,6 +105,8 @@ def _pieces(network: Network) -> Iterator[tuple[str, tuple[Sequence[Any], int]]]
     yield "paths", ([paths.primitives(path) for path in range(len(paths))], 5)
     for name, columns in SHAPED:
         yield name, ([getattr(regions.shape(region), name) for region in range(len(regions))], columns)
+        kerbs = [] if network.between_kerbs is None else [getattr(network.between_kerbs, name)]
+        yield f"kerbs_{name}", (kerbs, columns)
         yield f"surface_{name}", ([getattr(each.shape, name) for each in network.surfaces], columns)
     yield "surface_paths", ([each.line for each in network.surfaces], 5)
     yield "left", ([left for left, _ in bounds], 2)
@@ -145,7 +147,9 @@ def unpacked(contents: Contents, spec: MapFile) -> Network:
     )
     network.links = _links(text)
     network.signs = tuple(RoadSign(*map(_tuple_of, row)) for row in text["signs"])
-    network.surfaces = tuple(_surfaces(network, contents))
+    between = zip(*(_parts(contents, f"kerbs_{name}") for name, _ in SHAPED), strict=True)
+    network.between_kerbs = next((Shape(*parts) for parts in between), None)
+    network.lay = lambda network: tuple(_surfaces(network, contents))
     network.speed_limits = dict(text["limits"])
     bounds = zip(_parts(contents, "left"), _parts(contents, "right"), strict=True)
     network.bounds = dict(zip(text["bounded"], bounds, strict=True))

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from engine.maps import MapFile
 from engine.opendrive.near_roads import OdrSignal
 from engine.opendrive.roads import OdrRoad
+from engine.road.areas import CARRIAGEWAY
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
     Arm,
@@ -25,6 +26,7 @@ from engine.road.opendrive.contents import Contents, packed
 from engine.road.opendrive.lanes import ALIKE, NEAR, THROUGH, Part, Sections
 from engine.road.opendrive.linking import Links
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
+from engine.road.opendrive.surfaces import NoSurface, merged
 from engine.road.paths import PathBook
 from engine.tables import ROAD_REGION
 
@@ -129,6 +131,11 @@ class _Builder:
             about = (each.kind, name, each.line, each.shape, each.width, f"road{each.road}", each.forward, at, ends)
             found.append(Surface(network, len(found), *about))
         network.surfaces = tuple(found)
+        if strips := [each.shape for each in found if each.kind in CARRIAGEWAY]:
+            try:
+                network.between_kerbs = merged([*strips, self.plan.surface])
+            except NoSurface:
+                network.remarks += ("the area between the kerbs cannot be computed: vehicles start on the lanes only",)
 
     def road(self, name: str, lanes: Sequence[Lane]) -> Road:
         lanes = sorted(lanes, key=lambda lane: lane.number)

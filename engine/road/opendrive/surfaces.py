@@ -15,7 +15,7 @@ from engine.errors import Signal
 from engine.road.junction import CHORD_TOLERANCE
 from engine.road.opendrive.fitting import Stretch
 from engine.road.paths import Primitive, chord_count
-from engine.road.regions import Shape, area, ring_edges, shape_of_parts, triangle_areas
+from engine.road.regions import Shape, area, ring_edges, shape_area, shape_of_parts, triangle_areas
 from engine.tables import Floats
 
 shapely: Any = shapely_with_types
@@ -151,8 +151,15 @@ def shape_of_polygon(polygon: Any) -> Shape:
 
 def merged(shapes: Sequence[Shape]) -> Shape:
     """Return everything that some regions cover, as one region without borders inside it."""
-    tiles = [shapely.polygons(each.triangles.reshape(-1, 3, 2)) for each in shapes]
-    return shape_of_polygon(shapely.union_all(np.concatenate(tiles), grid_size=PRECISION))
+    return shape_of_polygon(shapely.union_all([_polygon_of(each) for each in shapes], grid_size=PRECISION))
+
+
+def _polygon_of(shape: Shape) -> Any:
+    """Return a region as a polygon, from its boundary, else from its tiles."""
+    polygon = shapely.build_area(shapely.multilinestrings(shape.edges.reshape(-1, 2, 2)))
+    if abs(polygon.area - shape_area(shape)) <= TILED * polygon.area and polygon.is_valid:
+        return polygon
+    return shapely.union_all(shapely.polygons(shape.triangles.reshape(-1, 3, 2)), grid_size=PRECISION)
 
 
 def _grown(polygon: Any) -> Any:
