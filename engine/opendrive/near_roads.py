@@ -135,8 +135,11 @@ def road_objects(road: Node) -> tuple[list[Node], list[Node]]:
 
 
 def _is_wall(node: Node) -> bool:
-    kind = node.text("type", "")
-    return kind == BUILDING or (kind == OBSTACLE and node.text("subtype", "") == PARKED)
+    if node.text("type", "") != OBSTACLE or node.text("subtype", "") != PARKED:
+        return node.text("type", "") == BUILDING
+    for name in ("id", "name", "height", "pitch", "roll", "orientation"):
+        node.text(name, "")  # they say nothing about a car
+    return True
 
 
 def building_row(node: Node, reference: Callable[[float], Pose], longest: float) -> list[tuple[float, ...]]:

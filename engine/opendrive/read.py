@@ -87,6 +87,7 @@ METADATA = frozenset(
     {
         *("header", "userData", "dataQuality", "name", "connection id", "lane level", "type type", "roadMark"),
         *(f"{corner} {name}" for corner in ("cornerLocal", "cornerRoad") for name in ("z", "dz", "height", "id")),
+        *(f"outline {name}" for name in ("id", "closed", "outer", "fillType", "laneType")),
         *(f"signal {name}" for name in ("zOffset", "hOffset", "height", "width", "pitch", "roll", "text")),
     }
 )

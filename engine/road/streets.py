@@ -238,11 +238,11 @@ def strip_along(line: Sequence[Primitive], width: float) -> Shape:
 
 
 def extended(line: Sequence[Primitive], before: float, after: float) -> list[Primitive]:
-    """Return a line that begins and ends with straight primitives, extended by lengths [m]."""
+    """Return a line with straight extensions of some lengths at its start and end [m]."""
     first, last = line[0], line[-1]
     if before > 0.0:
-        x, y, heading = first.pose(-before)
-        line = [Primitive(x, y, heading, 0.0, before), *line]
+        x, y = first.x - before * math.cos(first.heading), first.y - before * math.sin(first.heading)
+        line = [Primitive(x, y, first.heading, 0.0, before), *line]
     if after > 0.0:
         line = [*line, Primitive(*last.pose(last.length), 0.0, after)]
     return list(line)
