@@ -336,7 +336,7 @@ none."""
 def attribute_names() -> frozenset[str]:
     """Every name that may follow a dot, properties and params aside."""
     beside = (name for name in lanes.OF_SECTION_BESIDE if not name.startswith("_"))
-    own = (*relations.EDGES, *regions.attribute_names)
+    own = (*relations.EDGES, *regions.attribute_names, *(name for of in streets.OF_SURFACE.values() for name in of))
     names = {
         *_STATES,
         *_OF_PLACE,
