@@ -123,8 +123,8 @@ def street_arguments() -> Rows:
         "bike_lane_behind_parking": "`True` or `False`",
     }
     for name, value in STREET.items():
-        number = f"{value:g} m" if name in STREET_LENGTHS else f"{value}"
-        default = "none" if value is None else "0" if name == "parked" else number
+        unit = " m" if name in STREET_LENGTHS else ""
+        default = "none" if value is None else f"{value:g}{unit}" if isinstance(value, float) else f"{value}"
         may_be = limits(*STREET_LENGTHS[name], "m") if name in STREET_LENGTHS else ranges[name]
         yield f"`{name}`", default, may_be, words.get(f"`{name}`", "")
 
@@ -224,11 +224,8 @@ def road_attributes() -> Rows:
 
 
 def object_attributes() -> Rows:
-    objects = [
-        name
-        for name in (*attributes._STATES, *attributes._OF_PLACE, *attributes._OF_POINT, *OF_OBJECTS)
-        if name != "speed"
-    ]
+    every = (*attributes._STATES, *attributes._OF_PLACE, *attributes._OF_POINT, *OF_OBJECTS)
+    objects = [name for name in every if name != "speed"]
     objects += [*relations.EDGES, *attributes._OF_ACTOR]
     regions_ = regions.attribute_names
     places = (*attributes._POSE, "visibleRegion")
