@@ -48,7 +48,8 @@ def street_of(module: nodes.Module) -> Mapping[str, Any]:
     for words, needed in _NEEDS:
         if not (names - own).isdisjoint(words):
             found |= needed
-    if any(isinstance(node, nodes.New) and node.class_name == "Pedestrian" and not _is_placed(node) for node in every):
+    people = (node for node in every if isinstance(node, nodes.New) and node.class_name == "Pedestrian")
+    if any(isinstance(node, nodes.Model) for node in every) and not all(map(_is_placed, people)):
         found |= _SIDEWALK
     return found
 
