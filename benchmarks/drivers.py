@@ -178,8 +178,11 @@ def driven(text: str, first: int, last: int, jobs: int, fair: bool = False, ego:
     keys = key_rows(SEED, Method.SAMPLE, 0, 0, np.arange(first, last))
     scenes = sample(program, draw_genomes(program.space, keys), keys, config, jobs)
     starts = fair_starts(program, requested(program, scenes), config, jobs) if fair else scenes.valid
-    decided = blocks.driven(program, scenes, scenario.config, jobs)
-    outcomes = simulate(program, decided, config, jobs)
+    if scenario.config.driver is None:
+        decided, outcomes = scenes, simulate(program, scenes, config, jobs)
+    else:
+        done = blocks.driven(scenario.config.driver, program, scenes, scenario.config, jobs)
+        decided, outcomes = done.scenes, done.outcomes
     blamed, struck = np.full(len(scenes), int(Blame.NONE), dtype=np.int32), np.flatnonzero(outcomes.collided)
     blamed[struck] = blame(program, take(decided, struck), config, jobs=jobs)  # it runs all that it is given again
     return DrivenBlock(scenes, starts & scenes.valid, outcomes, blamed)

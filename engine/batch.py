@@ -12,13 +12,12 @@ from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Gaps, Window, gap_rows, judge_rows, simulate_rows
+from engine.kernels.rows import Window, simulate_rows
 from engine.kernels.run_state import Status
-from engine.kernels.swept import swept
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, Trajectory
-from engine.tables import Floats
+from engine.vocabulary import STORED
 
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
@@ -32,47 +31,23 @@ def simulate(
     contact: ContactConfig = CONTACT,
     hold: int = 1,
     slides: Sequence[int] = (),
+    measures: int = STORED,
 ) -> Outcomes:
     """Run all valid scenes and return their outcomes; rows of invalid scenes have their verdict and NaN / -1.
 
     `hold` and `slides` are those of `engine.host.plan`: they repeat a run with finer motion, or with slipping tyres.
+    Results of a `Measure` that is not among `measures` have the values of an invalid scene.
     """
-    shared, rows = plan(program, config, contact, hold, slides), requested(program, scenes)
-    results = empty_results(program, rows)
-    run_rows = judge_rows if len(program.judged) else simulate_rows
+    shared = plan(program, config, contact, hold, slides, measures=measures)
+    rows = requested(program, scenes)
+    results = empty_results(program, rows, measures)
 
     def run(window: Window) -> None:
-        scratch = memory(program, shared.layout.last_sample + 1)
-        run_rows(shared, rows, window, scratch, np.zeros((len(program.actors), 3)), results)
+        scratch = memory(program, shared.layout.last_sample + 1, measures)
+        simulate_rows(shared, rows, window, scratch, np.zeros((len(program.actors), 3)), results)
 
     in_parts(len(scenes), jobs, run)
     return outcomes(results)
-
-
-def simulate_with_gaps(
-    program: Program,
-    scenes: Scenes,
-    config: SimulationConfig = DEFAULTS,
-    jobs: int = 1,
-    contact: ContactConfig = CONTACT,
-) -> tuple[Outcomes, Floats]:
-    """Run all valid scenes as `simulate` does, and return (n, pairs) PET by area [s] of the ego and each actor, too.
-
-    NaN if there is none (`engine.kernels.encroachment`), and for invalid scenes.
-    """
-    shared, rows = plan(program, config, contact), requested(program, scenes)
-    results = empty_results(program, rows)
-    gaps = np.full((len(scenes), len(program.actors) - 1), np.nan)
-
-    def run(window: Window) -> None:
-        samples = shared.layout.last_sample + 1
-        scratch, sizes = memory(program, samples), np.zeros((len(program.actors), 3))
-        gap_rows(shared, rows, window, scratch, sizes, Gaps(swept(samples + 1), gaps), results)
-
-    in_parts(len(scenes), jobs, run)
-    if len(program.judged):
-        return simulate(program, scenes, config, jobs, contact), gaps
-    return outcomes(results), gaps
 
 
 def trajectory(

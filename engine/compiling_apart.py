@@ -116,13 +116,11 @@ def _simulating_kernels(demand: KernelDemand) -> Iterator[Kernel]:
     from engine.kernels.fault import fault_of
     from engine.kernels.pair import measure_pair
     from engine.kernels.rollout import advance, begin
-    from engine.kernels.rows import judge_rows, measure_run, simulate_rows
+    from engine.kernels.rows import measure_run, simulate_rows
 
     yield from (simulate_rows, begin, advance, measure_run, measure_pair, fault_of)
     if demand.program is not None:
         yield from deferred_kernels(demand.program, pause=len(demand.program.controls))
-        if len(demand.program.judged):
-            yield judge_rows
 
 
 def _simulate(demand: KernelDemand) -> None:

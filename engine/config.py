@@ -4,6 +4,7 @@ from dataclasses import field
 from typing import Any, Protocol
 
 from engine.frozen import frozen
+from engine.vocabulary import STORED
 
 DEFAULT_REFERENCES = ("careful", "reg157", "rss", "fsm", "cc")
 """Names of the reference drivers that judge a collision unless others are named (`engine.references`)."""
@@ -119,8 +120,16 @@ class ActorDriver(Protocol):
         """Return True if the scene of a stream key and a genome can be driven."""
         ...
 
-    def drive(self, program: Any, scenes: Any, config: SimulationConfig, contact: ContactConfig, jobs: int = 1) -> Any:
-        """Drive scenes and return a `driving.Driven`."""
+    def drive(
+        self,
+        program: Any,
+        scenes: Any,
+        config: SimulationConfig,
+        contact: ContactConfig,
+        jobs: int = 1,
+        measures: int = STORED,
+    ) -> Any:
+        """Drive scenes and return a `driving.Driven`, whose outcomes contain `measures`."""
         ...
 
 

@@ -30,17 +30,18 @@ from engine.kernels.impacts.motion import (
 from engine.kernels.jit import need
 from engine.kernels.judging import append_contact_sample, step_on
 from engine.kernels.rollout import judge_temporal
-from engine.kernels.rows import Requested, Results, Window
+from engine.kernels.rows import Requested, Results, Window, note_gaps, note_objectives
 from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
 from engine.kernels.senses import DEFERRED
 from engine.kernels.slots import continue_run, leave_run, note_commands
+from engine.kernels.swept import swept
 from engine.opcodes import FUSIONS, Op
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import PLAIN, SHADE, CodeTables, Floats, Ints, RoadTables, Segment, Size
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, Reducer, RuleKind, State
+from engine.vocabulary import STORED, ActorKind, Column, Measure, Reducer, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Maximum number of steps of a run; a record of that length takes 7 MB per actor."""
@@ -56,16 +57,19 @@ def plan(
     hold: int = 1,
     slides: Sequence[int] = (),
     pause: int = 0,
+    measures: int = STORED,
 ) -> Plan:
     """Return the part of a program that its runs read; raise ArgumentError for settings without a simulation.
 
     `hold`: steps between turns of the behaviours; `slides`: cars with slipping tyres; `pause`: turns between pauses, in
-    which controllers are queried.
+    which controllers are queried; `measures`: `Measure`s of a run that are computed, besides those that objectives of
+    the file read.
     """
     _check(config)
     _check_contact(contact)
     code = program.code
-    need(*deferred_kernels(program, slides, pause))
+    measures |= _read_by_objectives(program)
+    need(*deferred_kernels(program, slides, pause, measures))
     return Plan(
         code=_integers(fuse(code.step_code)).ravel(),
         pool=_numbers(code.pool),
@@ -106,6 +110,7 @@ def plan(
             hold=hold,
             pedals_stay=int(program.settings.pedals_stay),
             pause=pause,
+            measures=measures,
         ),
     )
 
@@ -125,7 +130,9 @@ def fuse(code: Ints) -> Ints:
     return fused
 
 
-def deferred_kernels(program: Program, slides: Sequence[int] = (), pause: int = 0) -> Iterator[Callable[..., Any]]:
+def deferred_kernels(
+    program: Program, slides: Sequence[int] = (), pause: int = 0, measures: int = STORED
+) -> Iterator[Callable[..., Any]]:
     """Yield the deferred kernels that the runs of a program call."""
     yield from geometry_kernels(program.code.step_code)
     for op in set(program.code.step_code[:, 0].tolist()) & DEFERRED.keys():
@@ -137,9 +144,17 @@ def deferred_kernels(program: Program, slides: Sequence[int] = (), pause: int = 
     if len(program.code.temporal_root):
         yield judge_temporal
     if len(program.judged):
-        yield from (append_contact_sample, step_on)
+        yield from (append_contact_sample, step_on, note_objectives)
+    if measures & Measure.GAPS:
+        yield note_gaps
     if pause:
         yield from (continue_run, leave_run, note_commands)
+
+
+def _read_by_objectives(program: Program) -> int:
+    """Return the `Measure`s that the objectives of a program read."""
+    reads = {reading.result for reading in program.judged.readings}
+    return sum({row.measure for row in NAMED_RESULTS if row.name in reads})
 
 
 def _readings(program: Program) -> Ints:
@@ -187,8 +202,10 @@ def samples_of(config: SimulationConfig) -> int:
     return math.ceil(config.max_time / config.time_step - 1e-9)
 
 
-def memory(program: Program, samples: int) -> Run:
-    """Return reusable memory for one run, with a record of up to `samples` samples and the literals."""
+def memory(program: Program, samples: int, measures: int = STORED) -> Run:
+    """Return reusable memory for one run, with a record of up to `samples` samples and the literals, in which
+    `measures` can be computed.
+    """
     code, actors = program.code, len(program.actors)
     watching = bool(np.any(code.rule_kind == RuleKind.WATCH))
     registers = np.zeros(int(code.sizes[Size.STEP_REGISTERS]))
@@ -210,6 +227,7 @@ def memory(program: Program, samples: int) -> Run:
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         areas=np.full((actors * actors, KEPT), np.nan),
+        swept=swept(samples + 1 if measures & Measure.GAPS else 0),
         sweep_order=np.arange(actors, dtype=np.int32),
         sweep_spans=np.zeros((actors, 2)),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
@@ -222,6 +240,7 @@ def memory(program: Program, samples: int) -> Run:
         slot_status=np.zeros((0, 0), dtype=np.int64),
         slot_states=np.zeros((0, 0, 0, 0)),
         slot_watched=np.zeros((0, 0)),
+        slot_touching=np.zeros((0, 0)),
         slot_segments=np.zeros((0, 0, 0)),
         slot_actions=np.zeros((0, 0, 0)),
         slot_pages=np.zeros((0, 0), dtype=np.int32),
@@ -229,13 +248,13 @@ def memory(program: Program, samples: int) -> Run:
     )
 
 
-def parallel_memory(program: Program, samples: int, count: int, back: int, coming: int) -> Run:
+def parallel_memory(program: Program, samples: int, count: int, back: int, coming: int, measures: int = STORED) -> Run:
     """Return memory for `count` parallel runs (`kernels.slots`), which are advanced in turn; see `with_slots`.
 
     `back`: samples before the current sample that are still read; `coming`: rows for turns with known decisions, a
     power of two.
     """
-    run = memory(program, samples)
+    run = memory(program, samples, measures)
 
     def of_each(array: NDArray[Any]) -> NDArray[Any]:
         return np.repeat(array[np.newaxis], count, axis=0)
@@ -249,6 +268,7 @@ def parallel_memory(program: Program, samples: int, count: int, back: int, comin
         slot_status=of_each(run.status),
         slot_states=np.zeros((count, ring(back + 1), *run.states.shape[1:])),
         slot_watched=np.zeros((count, run.watched.shape[1])),
+        slot_touching=np.zeros((count if len(program.judged) else 0, run.watched.shape[1])),
         slot_segments=np.zeros((count, len(run.segments) if others_touch(program) else 0, len(MotionSegment))),
         slot_actions=np.zeros((count, coming, run.actions.shape[1])),
     )
@@ -314,13 +334,14 @@ def undriven(program: Program) -> ControllerError:
     )
 
 
-def empty_results(program: Program, scenes: Requested) -> Results:
-    """Return rows for results, with NaN, -1 and the verdict of sampling."""
+def empty_results(program: Program, scenes: Requested, measures: int = STORED) -> Results:
+    """Return rows for results of these measures, with NaN, -1 and the verdict of sampling."""
     rows, actors = len(scenes.verdict), len(program.actors)
     arrays = {row.name: row.blank(rows, actors) for row in OUTCOMES if row.per is not Per.PAIR}
     pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (rows, actors - 1, 1))
     objectives = {name: np.full((rows, len(program.judged)), math.nan) for name in ("sought", "broken")}
-    return Results(**arrays | {"verdict": scenes.verdict.copy(), "pairs": pairs, **objectives})
+    gaps = np.full((rows, actors - 1 if measures & Measure.GAPS else 0), math.nan)
+    return Results(**arrays | {"verdict": scenes.verdict.copy(), "pairs": pairs, "gaps": gaps, **objectives})
 
 
 def outcomes(results: Results) -> Outcomes:

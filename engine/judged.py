@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.tables import ObjectiveTables
-from engine.vocabulary import Reducer, Sense
+from engine.vocabulary import Measure, Reducer, Sense
 
 # -- results that an objective may name --------------------------------------------------------------------------------
 
@@ -27,6 +27,8 @@ class NamedResult:
     sentence: str
     of_pair: bool = True
     """True if it requires a second actor."""
+    measure: int = 0
+    """The `Measure` from which it comes; 0 if it is always computed."""
 
 
 NAMED_RESULTS: tuple[NamedResult, ...] = (
@@ -37,7 +39,9 @@ NAMED_RESULTS: tuple[NamedResult, ...] = (
     NamedResult("closing_speed", "m/s", "Closing speed of the centres at the closest approach, or at contact."),
     NamedResult("ego_speed", "m/s", "Speed of the ego at the closest approach, or at contact."),
     NamedResult("other_speed", "m/s", "Speed of the other at the closest approach, or at contact."),
-    NamedResult("hidden_time", "s", "How long the other was hidden inside the ego's field of view."),
+    NamedResult(
+        "hidden_time", "s", "How long the other was hidden inside the ego's field of view.", measure=Measure.SIGHT
+    ),
     NamedResult(
         "delta_v", "m/s", "Change of the ego's velocity in a collision with the velocities at the closest approach."
     ),

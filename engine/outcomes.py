@@ -351,6 +351,8 @@ class Outcomes(_Measured, _Decided):
     """(n, objectives) Value of each objective of the file (`Program.judged`); the robustness of an `expect`."""
     broken: Floats
     """(n, objectives) 1 if an `expect` is broken, 0 if it holds; NaN for all other objectives."""
+    gaps: Floats
+    """(n, pairs) PET by area [s] (`engine.kernels.encroachment`), NaN without one; (n, 0) if it was not requested."""
 
     def __len__(self) -> int:
         return len(self.verdict)
@@ -412,5 +414,5 @@ RESULTS: tuple[Result, ...] = tuple(_rows(Assessment))
 
 def blank_outcomes(rows: int, actors: int, **known: NDArray[Any]) -> Outcomes:
     """Return outcomes of invalid scenes, except for the arrays in `known`."""
-    nothing: dict[str, NDArray[Any]] = {"sought": np.zeros((rows, 0)), "broken": np.zeros((rows, 0))}
+    nothing: dict[str, NDArray[Any]] = {name: np.zeros((rows, 0)) for name in ("sought", "broken", "gaps")}
     return Outcomes(**{row.name: row.blank(rows, actors) for row in OUTCOMES} | nothing | known)

@@ -268,6 +268,23 @@ class Method(IntEnum):
     """
 
 
+class Measure(IntEnum):
+    """Measures of a finished run that are computed only where they are requested; a set of them is a sum."""
+
+    SIGHT = 1
+    """When the ego first saw each other actor, and how long it was hidden."""
+    GRIP = 2
+    """Use of grip by each actor with tyres."""
+    FAULT = 4
+    """Fault of a collision."""
+    GAPS = 8
+    """PET by area of the ego and each other actor."""
+
+
+STORED = Measure.SIGHT | Measure.GRIP | Measure.FAULT
+"""Measures that results contain unless others are requested."""
+
+
 class Column(IntEnum):
     """Columns of one actor's block in a scene: `values[actor * len(Column) + column]`. SI, angles in radians."""
 

@@ -31,7 +31,7 @@ from engine.run_count import report_runs
 from engine.scenes import Scenes
 from engine.streams import scene_in_words
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import RECORDS, Verdict
+from engine.vocabulary import RECORDS, STORED, Verdict
 
 # -- a question, with a second try after a failure ---------------------------------------------------------------------
 
@@ -196,6 +196,7 @@ class Driver:
         config: SimulationConfig = DEFAULTS,
         contact: ContactConfig = CONTACT,
         jobs: int = 1,
+        measures: int = STORED,
     ) -> Driven:
         """Drive all valid scenes.
 
@@ -203,9 +204,9 @@ class Driver:
             ControllerError: a controller cannot be asked, has never given an action that can be driven, or fails
                 everywhere.
         """
-        work = self._work(program, config, contact, jobs)
+        work = self._work(program, config, contact, jobs, measures)
         runs, block = work.runs, self.block
-        results = empty_results(program, requested(program, coasting(program, scenes)))
+        results = empty_results(program, requested(program, coasting(program, scenes)), measures)
         actions = np.empty((len(scenes), runs.turns, runs.numbers))
         for first in range(0, len(scenes), block):
             rows = np.arange(first, min(first + block, len(scenes)))
@@ -223,26 +224,27 @@ class Driver:
             raise work.failures[0]
         return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
-    def _work(self, program: Program, config: SimulationConfig, contact: ContactConfig, jobs: int) -> "_Work":
+    def _work(
+        self, program: Program, config: SimulationConfig, contact: ContactConfig, jobs: int, measures: int
+    ) -> "_Work":
         """Return slots for a block, with controllers that have received the header of their questions."""
         seats, records = seats_of(program, self.given), self.observe == RECORDS
         for seat in seats:
             seat.initialize(self.block, observed(program, records), config.time_step)
-        return _Work(ParallelRuns(program, self.block, config, contact, records, jobs), seats, self.history)
+        runs = ParallelRuns(program, self.block, config, contact, records, jobs, measures)
+        return _Work(runs, seats, self.history)
 
 
-def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return the scenes with the actions of the config's driver; unchanged if it names no driver.
+def driven(driver: ActorDriver, program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Driven:
+    """Drive scenes and log the failures.
 
     Raises:
         ControllerError: as `Driver.drive`, and if a controller failed over all of them.
     """
-    if config.driver is None:
-        return scenes
-    done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
+    done: Driven = driver.drive(program, scenes, config.simulation, config.contact, jobs)
     if done.failures and not done.scenes.valid.any():
         raise done.failures[0]
-    return done.tell().scenes
+    return done.tell()
 
 
 def can_be_driven(driver: ActorDriver | None, keys: Ints, genomes: Floats) -> Bools:
@@ -345,7 +347,7 @@ def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _B
         raise error
     runs = work.runs
     work.failures.extend(error.at(_place(runs, scenes, slot)) for slot in rows.tolist())
-    results = empty_results(runs.program, requested(runs.program, coasting(runs.program, scenes)))
+    results = empty_results(runs.program, requested(runs.program, coasting(runs.program, scenes)), runs.measures)
     results.verdict[rows] = Verdict.CONTROLLER
     blank = cast("tuple[NDArray[Any], ...]", tuple(results))
     return _Block(np.zeros((len(runs), runs.turns, runs.numbers)), blank)

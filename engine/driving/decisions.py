@@ -24,7 +24,7 @@ from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.streams import key_rows, scene_in_words
 from engine.tables import Floats, Ints
-from engine.vocabulary import RECORDS, Method
+from engine.vocabulary import RECORDS, STORED, Method
 
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
@@ -98,6 +98,7 @@ class RecordedActions:
         config: SimulationConfig = DEFAULTS,
         contact: ContactConfig = CONTACT,
         jobs: int = 1,
+        measures: int = STORED,
     ) -> Driven:
         """Drive scenes whose actions are stored.
 
@@ -111,7 +112,7 @@ class RecordedActions:
                 raise ControllerError(f"what `{self.name}` decided in this scene is not kept", driver_hint(self.name))
             actions[row] = recorded[np.minimum(np.arange(actions.shape[1]), len(recorded) - 1)]
         scenes = replace(scenes, actions=actions)
-        return Driven(scenes, simulate(program, scenes, config, jobs, contact))
+        return Driven(scenes, simulate(program, scenes, config, jobs, contact, measures=measures))
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,9 +164,10 @@ class Recorder:
         config: SimulationConfig = DEFAULTS,
         contact: ContactConfig = CONTACT,
         jobs: int = 1,
+        measures: int = STORED,
     ) -> Driven:
         """Drive all valid scenes, and store the decisions of those that collide."""
-        done: Driven = self.driver.drive(program, scenes, config, contact, jobs)
+        done: Driven = self.driver.drive(program, scenes, config, contact, jobs, measures)
         self.failures.extend(done.remarks)
         for row in np.flatnonzero(done.scenes.valid).tolist():
             key = name_of(scenes.keys[row], scenes.genomes[row])

@@ -44,14 +44,14 @@ from engine.kernels.decision_pages import (
 from engine.kernels.egocentric import WIDTH, write_observation
 from engine.kernels.review import review_slots
 from engine.kernels.rollout import advance
-from engine.kernels.rows import Requested, Results, Window, judge_rows, simulate_rows, start_slots
+from engine.kernels.rows import Requested, Results, Window, simulate_rows, start_slots
 from engine.kernels.run_state import Run, Status
 from engine.kernels.slots import COMMAND_COLUMNS, EMPTY, PAGE
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns, weather_sight
 from engine.tables import PLAIN, Bools, Floats, Ints
-from engine.vocabulary import Column, State, Verdict
+from engine.vocabulary import STORED, Column, State, Verdict
 
 # -- pages of decisions ------------------------------------------------------------------------------------------------
 
@@ -201,24 +201,25 @@ class ParallelRuns:
         contact: ContactConfig = CONTACT,
         records: bool = True,
         jobs: int = 1,
+        measures: int = STORED,
     ) -> None:
         if not program.controls:
             raise ArgumentError(
                 f"nobody in {program.name} is driven from outside",
                 "give an object a controller: `with behavior ExternalBehavior()`",
             )
-        self.program, self.controls, self._jobs = program, program.controls, jobs
+        self.program, self.controls, self._jobs, self.measures = program, program.controls, jobs, measures
         pause = math.gcd(*(max(1, turns(each.every, config.time_step)) for each in self.controls))
-        self.plan = plan(program, config, contact, pause=pause)
+        self.plan = plan(program, config, contact, pause=pause, measures=measures)
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
-        self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
+        self._late = len(self.plan.temporal_root) + len(self.plan.objective_root) > 0
         places, width = command_columns(program), len(program.actors) * len(State)
         if len(places):
             width = max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
-        width = 0 if self._late else width
+        width += len(self.plan.rule_kinds) if self._late else 0
         self._decisions = DecisionPages(self.controls, count, config.time_step, pause, self.turns, width)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
-        run = parallel_memory(program, self.turns, count, back, self._decisions.coming)
+        run = parallel_memory(program, self.turns, count, back, self._decisions.coming, measures)
         self._run = with_slots(
             run._replace(
                 command_columns=places, command_pages=self._decisions.commands, slot_pages=self._decisions.pages
@@ -230,7 +231,7 @@ class ParallelRuns:
         self._parts: dict[tuple[int, int], Run] = {}
         """The memory in which a thread works, with the slots that it advances; made anew when pages move."""
         self._scenes = _no_scenes(program, count)
-        self._results = empty_results(program, self._scenes)
+        self._results = empty_results(program, self._scenes, measures)
         self._blank = tuple(each[:1].copy() for each in _arrays(self._results))
         self._open = np.zeros(count, dtype=bool)
         self._alone: Run | None = None
@@ -246,8 +247,11 @@ class ParallelRuns:
     @property
     def nbytes(self) -> int:
         """Return the memory of all slots [bytes]; it grows when runs get longer than all before."""
-        groups = (self._run._replace(command_pages=self._decisions.commands[:0]), self._scenes, self._results)
-        return self._decisions.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
+        run = self._run._replace(command_pages=self._decisions.commands[:0])
+        groups = (run, run.swept, self._scenes, self._results)
+        arrays = (each for group in groups for each in _arrays(group))
+        # Slots and handles within handles are no arrays: the memory that they refer to is counted elsewhere.
+        return self._decisions.nbytes + sum(each.nbytes for each in arrays if hasattr(each, "nbytes"))
 
     def copied(self) -> tuple[NDArray[Any], ...]:
         """Return a copy of the current results."""
@@ -297,11 +301,13 @@ class ParallelRuns:
 
     def _judge(self, ended: Ints) -> None:
         """Measure the runs that have ended: on their record, or on a repetition of the run."""
-        has_commands = self._decisions.commands.shape[3] > 0
-        again = self._status[ended, Status.UNTOLD] == 1 if has_commands else np.ones(len(ended), dtype=bool)
+        again = self._status[ended, Status.UNTOLD] == 1
         self._renew_pages()
         self._in_parts(ended[~again], self._review)
         self._in_parts(ended[again], self._run_again)
+
+    def _new_memory(self) -> Run:
+        return memory(self.program, self.turns, self.measures)
 
     def _in_parts(self, ended: Ints, judge: Callable[[Ints], None]) -> None:
         def run(window: Window) -> None:
@@ -314,7 +320,7 @@ class ParallelRuns:
             run(Window(0, len(ended)))
 
     def _review(self, ended: Ints) -> None:
-        run = self._with_lanes(memory(self.program, self.turns)) if self._jobs > 1 else self._run
+        run = self._with_lanes(self._new_memory()) if self._jobs > 1 else self._run
         actions = self._decided(ended)
         review_slots(self.plan, run, ended, actions, np.zeros((len(self.program.actors), 3)), self._results)
 
@@ -336,9 +342,10 @@ class ParallelRuns:
         )
         found = Results(*(np.repeat(each, len(ended), axis=0) for each in self._blank))
         found.verdict[:] = asked.verdict
-        rows = judge_rows if len(self.program.judged) else simulate_rows
-        scratch = memory(self.program, self.turns) if self._alone is None else self._alone
-        rows(self._at_once, asked, Window(0, len(ended)), scratch, np.zeros((len(self.program.actors), 3)), found)
+        scratch = self._new_memory() if self._alone is None else self._alone
+        simulate_rows(
+            self._at_once, asked, Window(0, len(ended)), scratch, np.zeros((len(self.program.actors), 3)), found
+        )
         if self._jobs == 1:
             self._alone = scratch
         for array, new in zip(_arrays(self._results), _arrays(found), strict=True):
@@ -399,7 +406,7 @@ class ParallelRuns:
             return self._run
         if (first, last) not in self._parts:
             if (first, last) not in self._scratch:
-                self._scratch[first, last] = memory(self.program, self.turns)
+                self._scratch[first, last] = self._new_memory()
             self._parts[first, last] = self._with_lanes(self._scratch[first, last], first, last)
         return self._parts[first, last]
 

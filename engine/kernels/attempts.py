@@ -56,14 +56,14 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
     confined = len(request.confinement.mass) > 0
     start = int(code.group_start[request.group[row]])
     if confined and request.confinement.mass[row] == 0.0:
-        _rule_out(row, request.confinement.culprit[row], out)
+        _rule_out(row, request.confinement.culprit[row], int(request.begun[row]), out)
         return
     stream = open_stream(request.keys[row], Purpose.SCENE, ATTEMPT_CHANNEL)
     begun = int(request.begun[row])
     choice, first_draw = uniform_pair(stream, np.uint64(begun * blocks))
     made, left = 0, float(request.max_attempts)
     for attempt in range(request.max_attempts):
-        if confined:
+        if confined and attempt >= request.free:
             left -= _jump(request.confinement.mass[row], request.keys[row], attempt)
         if left <= 0.0:
             break
@@ -90,10 +90,10 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
 
 
 @kernel
-def _rule_out(row: int, culprit: int, out: Ledger) -> None:
-    """Record a single attempt: the same requirement would fail in all."""
+def _rule_out(row: int, culprit: int, begun: int, out: Ledger) -> None:
+    """Record a single attempt after those that were made: the same requirement would fail in all."""
     out.verdict[row] = Verdict.INFEASIBLE
-    out.attempts[row] = 1
+    out.attempts[row] = begun + 1
     out.tested[row, culprit] += 1
     out.failed[row, culprit] += 1
 

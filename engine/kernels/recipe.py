@@ -76,6 +76,8 @@ class Request(NamedTuple):
     keys: Ints
     """(n, 6) int64 `StreamKey` rows."""
     max_attempts: int
+    free: int
+    """Attempts before those that are confined."""
     confinement: Confinement
     begun: Ints
     """(n,) attempts made before, which are not made again."""

@@ -2,16 +2,18 @@
 
 How a run ended is stored in its slot. In runs in which only the ego can be struck, the commands of each step are stored
 (`slots.note_commands`). If nothing but commands moves an actor (`Status.UNTOLD`), motion reproduces the record from
-them, bit for bit, without behaviors and without a search for contact. In all other runs the states are stored.
+them, bit for bit, without behaviors and without a search for contact. In all other runs the states are stored. Values
+of rules that decide the results are stored with either.
 """
 
 import math
 
 from engine.kernels.jit import inlined, shared
 from engine.kernels.motion import step
-from engine.kernels.rows import Results, measure_run, note_end
+from engine.kernels.rollout import judge_temporal
+from engine.kernels.rows import Results, note_results
 from engine.kernels.run_state import NO_SPEED, Memory, Plan, Run, Status, place
-from engine.kernels.slots import PAGE
+from engine.kernels.slots import PAGE, is_judged_later
 from engine.tables import Floats, Ints
 
 
@@ -20,18 +22,53 @@ def review_slots(plan: Plan, run: Run, chosen: Ints, actions: Floats, outlines: 
     """Write the results of the runs of the chosen slots, which have ended, into the rows of the same numbers.
 
     `actions` (chosen, turns, numbers) are the decisions made in the slots, `outlines` (actors, 3) is working memory.
-    The rows of `out` hold the values of a run without a result.
+    The rows of `out` hold the values of a run without a result. The slots stay as they are: the record, and the state
+    at its end, are restored in the memory that they share.
     """
     for number in range(len(chosen)):
         slot = chosen[number]
-        its = run.slots[slot]
-        if note_end(its, slot, out):
-            if len(run.command_columns) == 0:
-                _read_states(plan, run, slot, int(its.status[Status.SAMPLE]))
-            else:
-                _repeat_motion(plan, run, its, slot, actions[number])
-            its.status[Status.SHADED] = -1  # the outlines that hide are those of another slot
-            measure_run(plan, its, slot, outlines, out)
+        last = int(run.slot_status[slot, Status.SAMPLE])
+        if len(run.command_columns) == 0:
+            _read_states(plan, run, slot, last)
+        else:
+            _repeat_motion(plan, run, slot, last, actions[number])
+        _take_end(run, slot)
+        if is_judged_later(plan):
+            _read_watched(plan, run, slot, last)
+            if len(plan.temporal_root) > 0:
+                judge_temporal(plan, run)
+        note_results(plan, run, slot, outlines, out)
+
+
+@inlined
+def _take_end(run: Run, slot: int) -> None:
+    """Copy the state of a run at its end from its slot."""
+    for entry in range(len(run.status)):
+        run.status[entry] = run.slot_status[slot, entry]
+    run.status[Status.SHADED] = -1  # the outlines that hide are those of another slot
+    for entry in range(len(run.end)):
+        run.end[entry] = run.slot_end[slot, entry]
+    for register in range(len(run.registers)):
+        run.registers[register] = run.slot_registers[slot, register]
+    for actor in range(run.actors.shape[0]):
+        for column in range(run.actors.shape[1]):
+            run.actors[actor, column] = run.slot_actors[slot, actor, column]
+
+
+@inlined
+def _read_watched(plan: Plan, run: Run, slot: int, last: int) -> None:
+    """Write the values of rules at all samples, and at the ego's first contact, as they were stored."""
+    touched = run.status[Status.CONTACT_ONE] >= 0
+    seen = last - (1 if touched else 0)
+    for rule in range(run.watched.shape[1]):
+        for sample in range(seen):
+            page, turn = run.slot_pages[slot, sample // plan.layout.pause // PAGE], sample % plan.layout.pause
+            row = sample // plan.layout.pause % PAGE
+            column = run.command_pages.shape[3] - run.watched.shape[1] + rule
+            run.watched[sample, rule] = run.command_pages[page, row, turn, column]
+        run.watched[seen, rule] = run.slot_watched[slot, rule]
+        if touched and len(run.slot_touching) > 0:
+            run.watched[last, rule] = run.slot_touching[slot, rule]
 
 
 @inlined
@@ -51,29 +88,20 @@ def _read_states(plan: Plan, run: Run, slot: int, last: int) -> None:
 
 
 @inlined
-def _repeat_motion(plan: Plan, run: Run, its: Run, slot: int, actions: Floats) -> None:
-    """Write the record of a slot: the samples up to its current one. The state of its actors is restored."""
-    _copy(its.actors, run.actors)
+def _repeat_motion(plan: Plan, run: Run, slot: int, last: int, actions: Floats) -> None:
+    """Write the record of a slot: the samples up to `last`, its current one."""
+    _take_end(run, slot)
     for actor in range(len(plan.kinds)):
-        place(plan, its, 0, actor, float(plan.present[actor]))
-        its.actors[actor, Memory.LEFT_ROAD] = 0.0  # the time is known: no step determines it again
-        its.actors[actor, Memory.SET_SPEED] = NO_SPEED
-    last, pause = int(its.status[Status.SAMPLE]), plan.layout.pause
+        place(plan, run, 0, actor, float(plan.present[actor]))
+        run.actors[actor, Memory.LEFT_ROAD] = 0.0  # the time is known: no step determines it again
+        run.actors[actor, Memory.SET_SPEED] = NO_SPEED
+    pause = plan.layout.pause
     for row in range((last + pause - 1) // pause):
         page, first = run.slot_pages[slot, row // PAGE], row * pause
         for turn in range(min(pause, last - first)):
-            its.status[Status.SAMPLE] = first + turn
-            _command(plan, its, run.command_pages[page, row % PAGE, turn], actions[first + turn])
-            step(plan, its)
-    its.status[Status.SAMPLE] = last
-    _copy(run.actors, its.actors)
-
-
-@inlined
-def _copy(source: Floats, target: Floats) -> None:
-    for actor in range(source.shape[0]):
-        for column in range(source.shape[1]):
-            target[actor, column] = source[actor, column]
+            run.status[Status.SAMPLE] = first + turn
+            _command(plan, run, run.command_pages[page, row % PAGE, turn], actions[first + turn])
+            step(plan, run)
 
 
 @inlined

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from engine.handles import handle
 from engine.kernels.encroachment import encroachment
 from engine.kernels.fault import fault_of
-from engine.kernels.jit import inlined, kernel, shared
+from engine.kernels.jit import deferred, inlined, kernel, shared
 from engine.kernels.judging import judge
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
 from engine.kernels.run_state import Memory, Plan, Run, Status, column_of, vehicle_of
 from engine.kernels.slots import EMPTY, suspend_run
-from engine.kernels.swept import Span, Swept
+from engine.kernels.swept import Span
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import SLIDING, Floats, Ints
-from engine.vocabulary import ActorKind, Column, EndReason, State, Verdict
+from engine.vocabulary import ActorKind, Column, EndReason, Measure, State, Verdict
 
 FAULT = ROWS.index("fault")
 """Column of the fault in a pair's row."""
@@ -49,12 +49,15 @@ if TYPE_CHECKING:
     class Results(Any):
         """The arrays of `engine.outcomes.Outcomes` under the same names, with the values of a run without a result.
 
-        Those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`, those of objectives two.
+        Those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`, those of objectives two; `gaps` is
+        (n, pairs), or (n, 0) where gaps are not measured.
         """
 
 else:
     Results = handle(
-        namedtuple("Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs", "sought", "broken"])
+        namedtuple(
+            "Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs", "gaps", "sought", "broken"]
+        )
     )
 
 
@@ -70,19 +73,7 @@ def simulate_rows(plan: Plan, scenes: Requested, window: Window, run: Run, outli
     for row in range(window.first, window.last):
         if scenes.verdict[row] == Verdict.VALID:
             run_scene(plan, scenes, row, run)
-            if note_end(run, row, out):
-                measure_run(plan, run, row, outlines, out)
-
-
-@kernel
-def judge_rows(plan: Plan, scenes: Requested, window: Window, run: Run, outlines: Floats, out: Results) -> None:
-    """Run the same for a program with objectives: their code is compiled only for programs that have some."""
-    for row in range(window.first, window.last):
-        if scenes.verdict[row] == Verdict.VALID:
-            run_scene(plan, scenes, row, run)
-            if note_end(run, row, out):
-                measure_run(plan, run, row, outlines, out)
-                note_objectives(plan, run, row, outlines, out)
+            note_results(plan, run, row, outlines, out)
 
 
 @kernel
@@ -104,59 +95,16 @@ def start_slots(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
             suspend_run(its, slot, 0)
 
 
-# -- runs with the gaps that an objective needs: PET of each pair ------------------------------------------------------
-
-
-class Gaps(NamedTuple):
-    """PET by area of the ego and each other actor, as by `encroachment_gap`."""
-
-    sweep: Swept
-    """Working memory."""
-    seconds: Floats
-    """(n, others) Result [s]; NaN for an actor never present with the ego."""
-
-
-@kernel
-def gap_rows(
-    plan: Plan, scenes: Requested, window: Window, run: Run, outlines: Floats, gaps: Gaps, out: Results
-) -> None:
-    """Run the valid scenes of a window as `simulate_rows` does, and write the gaps of each."""
-    for row in range(window.first, window.last):
-        if scenes.verdict[row] == Verdict.VALID:
-            run_scene(plan, scenes, row, run)
-            if note_end(run, row, out):
-                measure_run(plan, run, row, outlines, out)
-            note_outlines(plan, run, outlines)
-            samples = int(run.status[Status.SAMPLE]) + (0 if run.status[Status.CONTACT_ONE] >= 0 else 1)
-            for other in range(1, len(plan.kinds)):
-                gaps.seconds[row, other - 1] = (
-                    _gap(run.states[:samples], other, outlines, gaps.sweep) * plan.layout.time_step
-                )
-
-
-@inlined
-def _gap(states: Floats, other: int, outlines: Floats, sweep: Swept) -> float:
-    """Return PET by area, in samples."""
-    ego, them = _span(states, 0), _span(states, other)
-    if max(ego.first, them.first) > min(ego.last, them.last):
-        return math.nan
-    return encroachment(states, ego, them, outlines, sweep)
-
-
-@inlined
-def _span(states: Floats, actor: int) -> Span:
-    """Return the span from the first sample at which an actor is present to the last before a gap; 0 to -1 if never."""
-    first, last = 0, -1
-    for k in range(len(states)):
-        if states[k, actor, State.PRESENT] != 0.0:
-            first = k if last < 0 else first
-            last = k
-        elif last >= 0:
-            break
-    return Span(actor, first, last)
-
-
 # -- the end of a run, and what it comes to ----------------------------------------------------------------------------
+
+
+@inlined
+def note_results(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
+    """Write the results of a run that has ended into its row."""
+    if note_end(run, row, out):
+        measure_run(plan, run, row, outlines, out)
+        if plan.layout.judged != 0:
+            note_objectives(plan, run, row, outlines, out)
 
 
 @inlined
@@ -186,7 +134,7 @@ def note_end(run: Run, row: int, out: Results) -> bool:
     return out.verdict[row] == Verdict.VALID
 
 
-@kernel
+@deferred()
 def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
     """Write the objectives of a measured run into its row; a run with a NaN among them is broken."""
     undefined = judge(plan, run, out.pairs[row], outlines, out.sought[row], out.broken[row])
@@ -222,18 +170,50 @@ def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) 
         metrics = measure_pair(run.states, samples, time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
             out.pairs[row, other - 1, PLACES[number]] = metrics[number]
-        if touching == other:
+        if touching == other and plan.layout.measures & Measure.FAULT != 0:
             places = plan.layout.intersections
             fault = fault_of(run.states, samples - 1, time_step, other, outlines, metrics, plan.road, places)
             out.pairs[row, other - 1, FAULT] = float(fault)
-    note_sightings(plan, run, samples, ending, outlines, out.pairs[row])
-    for actor in range(len(plan.kinds)):
+    if plan.layout.measures & Measure.SIGHT != 0:
+        note_sightings(plan, run, samples, ending, outlines, out.pairs[row])
+    if plan.layout.measures & Measure.GAPS != 0:
+        note_gaps(plan, run, samples, outlines, out.gaps[row])
+    for actor in range(len(plan.kinds) if plan.layout.measures & Measure.GRIP != 0 else 0):
         if plan.kinds[actor] != ActorKind.PEDESTRIAN and plan.kinds[actor] != ActorKind.OBSTACLE:
             grip = vehicle_of(plan, run, actor).grip
             used = grip_used(run.states, run.status[Status.SAMPLE], time_step, actor, grip)
             out.lateral_grip[row, actor] = used.sideways
             out.combined_grip[row, actor] = used.together
     run.status[Status.SHADED] = -1
+
+
+# -- conflict gaps -----------------------------------------------------------------------------------------------------
+
+
+@deferred()
+def note_gaps(plan: Plan, run: Run, samples: int, outlines: Floats, gaps: Floats) -> None:
+    """Write PET by area [s] of the ego and each other actor, as by `encroachment`; NaN for an actor that is never
+    present with the ego.
+    """
+    states = run.states[:samples]
+    ego = _span(states, 0)
+    for other in range(1, len(plan.kinds)):
+        them = _span(states, other)
+        if max(ego.first, them.first) <= min(ego.last, them.last):
+            gaps[other - 1] = encroachment(states, ego, them, outlines, run.swept) * plan.layout.time_step
+
+
+@inlined
+def _span(states: Floats, actor: int) -> Span:
+    """Return the span from the first sample at which an actor is present to the last before a gap; 0 to -1 if never."""
+    first, last = 0, -1
+    for k in range(len(states)):
+        if states[k, actor, State.PRESENT] != 0.0:
+            first = k if last < 0 else first
+            last = k
+        elif last >= 0:
+            break
+    return Span(actor, first, last)
 
 
 # -- grip --------------------------------------------------------------------------------------------------------------

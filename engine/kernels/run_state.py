@@ -14,6 +14,7 @@ from engine.handles import Slots, handle, slotted
 from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined
+from engine.kernels.swept import Swept
 from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Column, State
 
@@ -56,6 +57,8 @@ class Layout(NamedTuple):
     """1 if pedals stay as last set, 0 if they are released before each turn."""
     pause: int
     """Turns from a pause of a run, for external decisions, to the next; 0: no pauses."""
+    measures: int
+    """`Measure`s of a run that are computed."""
 
 
 @handle
@@ -246,6 +249,8 @@ class Run(NamedTuple):
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
     areas: Floats
     """(actors * actors, `crossing.KEPT`): the last search for the area of each two actors."""
+    swept: Swept
+    """Working memory for conflict gaps, for motions of one sample where none are measured."""
     sweep_order: Ints
     """(actors,): all actors, sorted by the beginnings of their spans in the last step (`impacts.sweep`)."""
     sweep_spans: Floats
@@ -269,6 +274,8 @@ class Run(NamedTuple):
     """
     slot_watched: Floats
     """(slots, rules): values at the last sample at which rules were evaluated."""
+    slot_touching: Floats
+    """(slots, rules): values at the ego's first contact; no slots without objectives."""
     slot_segments: Floats
     """(slots, actors, len(MotionSegment)): segments of released bodies; no rows if other actors cannot touch."""
     slot_actions: Floats
@@ -276,7 +283,9 @@ class Run(NamedTuple):
     slot_pages: Ints
     """(slots, n): numbers of the pages of each slot, in order; -1: none."""
     command_pages: Floats
-    """(pages, slots.PAGE, pause, columns): commands or states of each step (`slots.note_commands`)."""
+    """(pages, slots.PAGE, pause, columns): commands or states of each step, then the values of the rules if they are
+    judged after the run (`slots.note_commands`).
+    """
     slots: "Slots[Run]" = Slots()
     """The states of the parallel runs: handles with rows of the first six `slot_` fields, which share all other arrays.
     Pages are read from the run that owns the memory: they may move in memory between calls.

@@ -58,6 +58,12 @@ def _take_decisions(plan: Plan, run: Run, slot: int) -> None:
             run.actions[turn, number] = run.slot_actions[slot, row, number]
 
 
+@inlined
+def is_judged_later(plan: Plan) -> bool:
+    """Return True if the values of rules at all samples decide the results of a run."""
+    return plan.layout.judged != 0 or len(plan.temporal_root) > 0
+
+
 @deferred()
 def continue_run(plan: Plan, run: Run, slot: int) -> None:
     """Copy the run of a slot into the working memory: recent samples, decisions of the coming turns."""
@@ -76,10 +82,15 @@ def note_commands(plan: Plan, run: Run, pages: Run, page: int, row: int, turn: i
     """Store the commands of all actors in the coming step in `pages`: NaN for an actor that leaves.
 
     Without command columns, store the states of all actors at the current sample instead. An actor that executes
-    external decisions needs no entry. `Status.UNTOLD` is set if anything else moves an actor. `page` and `row` are
-    those of the last pause, `turn` counts the steps since then.
+    external decisions needs no entry. `Status.UNTOLD` is set if anything else moves an actor. The values of rules that
+    are judged after the run follow, in the last columns. `page` and `row` are those of the last pause, `turn` counts
+    the steps since then.
     """
     sample = int(run.status[Status.SAMPLE])
+    if is_judged_later(plan):
+        place = pages.command_pages.shape[3] - run.watched.shape[1]
+        for rule in range(run.watched.shape[1]):
+            pages.command_pages[page, row, turn, place + rule] = run.watched[sample, rule]
     if len(run.command_columns) == 0:
         for actor in range(run.states.shape[1]):
             for column in range(run.states.shape[2]):
@@ -119,3 +130,6 @@ def suspend_run(run: Run, slot: int, first: int) -> None:
     looked = now - (1 if run.status[Status.CONTACT_ONE] >= 0 else 0)
     for rule in range(run.watched.shape[1]):
         run.slot_watched[slot, rule] = run.watched[looked, rule]
+    if len(run.slot_touching) > 0 and looked < now:
+        for rule in range(run.watched.shape[1]):
+            run.slot_touching[slot, rule] = run.watched[now, rule]

@@ -18,7 +18,7 @@ from engine.outcomes import MEASURED, Assessment, Outcomes, Result, Retention
 from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
 from engine.run_count import report_runs
-from engine.sampling import pruner_that_pays, sample
+from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.chain import canonical
 from engine.search.evaluations import Evaluations
@@ -27,15 +27,14 @@ from engine.search.objectives import Objective, Runs, known_objectives, objectiv
 from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.tables import Bools, Floats, Ints
 from engine.verdicts import KnownVerdicts, blame
-from engine.vocabulary import Blame
+from engine.vocabulary import STORED, Blame
 
 if TYPE_CHECKING:
     from engine.driving.blocks import Driven
-    from engine.feasibility.pruning import Pruner
 
 Simulate = Callable[[Scenes], Outcomes]
-Simulated = tuple[Scenes, Outcomes, Floats | None]
-"""Scenes that were run, their outcomes, and their gaps (`Runs.gaps`) or None."""
+Simulated = tuple[Scenes, Outcomes]
+"""Scenes that were run, and their outcomes."""
 BLAMED_AT_ONCE = 1 << 14
 """Collisions whose scenes are in memory at once."""
 MOST = 1e9
@@ -48,19 +47,23 @@ def make_evaluator(
     profile: RiskProfile,
     aims: Sequence[Objective] = (),
     verdicts: KnownVerdicts | None = None,
+    stored: int = STORED,
 ) -> Evaluate:
     """Return an evaluator of this program with the host, threads and settings of the config.
 
-    It computes the objectives `aims`; without any, the risk. Verdicts on the way are added to `verdicts`.
+    It computes the objectives `aims`; without any, the risk. Verdicts on the way are added to `verdicts`. `stored`: the
+    measures of a run that its assessments contain.
     """
     jobs = config.search.jobs
-    prune = _pruner(program, config)
-    simulate = _simulator(program, config, any(aim.gaps for aim in aims))
+    measures = stored
+    for aim in aims:
+        measures |= aim.reads
+    simulate = _simulator(program, config, measures)
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
-        scenes, outcomes, gaps = simulate(sample(program, genomes, keys, config.simulation, jobs, prune))
+        scenes, outcomes = simulate(sample(program, genomes, keys, config.simulation, jobs))
         risk = assess(outcomes, profile)
-        runs = Runs(program, config, scenes, outcomes, risk, gaps, verdicts)
+        runs = Runs(program, config, scenes, outcomes, risk, verdicts)
         values = [np.where(aim.counts(runs), np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
         found = aims[0].finds(runs, values[0]) & aims[0].counts(runs) if aims else None
         sought = np.stack(values, axis=1) if values else np.zeros((len(outcomes), 0))
@@ -69,25 +72,18 @@ def make_evaluator(
     return evaluate
 
 
-def _pruner(program: Program, config: Config) -> "Pruner | None":
-    if not config.simulation.prune:
-        return None
-    return pruner_that_pays(program)
-
-
 def make_blaming(program: Program, config: Config, known: KnownVerdicts | None = None) -> Blaming:
     """Return a function that repeats runs of this program with the reference drivers and returns the `Blame` of each;
     `known`: verdicts that need no run.
     """
     jobs = config.search.jobs
-    prune = _pruner(program, config)
 
     def blaming(genomes: Floats, keys: Ints) -> Ints:
         said = np.full(len(keys), int(Blame.NONE), dtype=np.int32)
         every = _drivable(config, genomes, keys)
         for first in range(0, len(every), BLAMED_AT_ONCE):
             rows = every[first : first + BLAMED_AT_ONCE]
-            scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs, prune)
+            scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs)
             if config.driver is not None:
                 from engine.driving.blocks import redriven
 
@@ -109,41 +105,37 @@ def _drivable(config: Config, genomes: Floats, keys: Ints) -> Ints:
     return np.flatnonzero(can_be_driven(config.driver, keys, genomes))
 
 
-def _simulator(
-    program: Program, config: Config, gaps: bool
-) -> Callable[[Scenes], tuple[Scenes, Outcomes, Floats | None]]:
-    """Return the function that simulates scenes.
+def _simulator(program: Program, config: Config, measures: int) -> Callable[[Scenes], Simulated]:
+    """Return the function that simulates scenes with the measures of a run that are read.
 
-    Its gaps are None unless `gaps` is set and the host records them. Scenes with an external driver are simulated while
-    they are driven; the world host then simulates them a second time.
+    Scenes with an external driver are simulated while they are driven; the world host then simulates them a second
+    time.
     """
-    simulate, batched = make_host(program, config), config.search.engine == "batch"
+    simulate, batched = make_host(program, config, measures), config.search.engine == "batch"
     reported = set[str]()
 
     def run(scenes: Scenes) -> Simulated:
         if config.driver is not None:
-            done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
+            jobs, contact = config.search.jobs, config.contact
+            done: Driven = config.driver.drive(program, scenes, config.simulation, contact, jobs, measures)
             done.tell(reported)
-            return done.scenes, done.outcomes if batched else simulate(done.scenes), None
-        if gaps and batched:
-            from engine.batch import simulate_with_gaps
-
-            outcomes, known = simulate_with_gaps(program, scenes, config.simulation, config.search.jobs, config.contact)
-        else:
-            outcomes, known = simulate(scenes), None
+            return done.scenes, done.outcomes if batched else simulate(done.scenes)
+        outcomes = simulate(scenes)
         report_runs(len(scenes))
-        return scenes, outcomes, known
+        return scenes, outcomes
 
     return run
 
 
-def make_host(program: Program, config: Config) -> Simulate:
-    """Return the simulator that the config names: `batch` or `world`."""
+def make_host(program: Program, config: Config, measures: int = STORED) -> Simulate:
+    """Return the simulator that the config names: `batch`, which computes `measures`, or `world`."""
     jobs = config.search.jobs
     if config.search.engine == "batch":
         from engine import batch
 
-        return lambda scenes: batch.simulate(program, scenes, config.simulation, jobs, config.contact)
+        return lambda scenes: batch.simulate(
+            program, scenes, config.simulation, jobs, config.contact, measures=measures
+        )
     if config.search.engine == "world":
         from engine import world
 

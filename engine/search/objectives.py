@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine.assessment import map_arrays, take
-from engine.batch import simulate_with_gaps, trajectory
+from engine.batch import simulate, trajectory
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError, nearest
 from engine.frozen import frozen
@@ -26,12 +26,13 @@ from engine.scenes import Scenes
 from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec, function_name
 from engine.tables import Bools, Floats, Ints
 from engine.verdicts import KnownVerdicts, answers_and_margins, shares, verdicts
-from engine.vocabulary import OBJECTIVES, Blame, Sense, Verdict
+from engine.vocabulary import OBJECTIVES, STORED, Blame, Measure, Sense, Verdict
 
 if TYPE_CHECKING:
     from engine.metrics.encounters import Encounter
 
 RENAME = "give it a name of its own, as `def my_objective(outcomes):`"
+NOTHING = 0
 FARTHEST = 60.0
 """Longest conflict gap [s]."""
 
@@ -45,8 +46,6 @@ class Runs:
     scenes: Scenes
     outcomes: Outcomes
     risk: Risk
-    known_gaps: Floats | None = None
-    """(n, pairs) Gaps of `engine.batch.simulate_with_gaps` if the host recorded them, else None."""
     verdicts: KnownVerdicts | None = None
     """Verdicts to which an objective that asks the reference drivers adds."""
 
@@ -56,17 +55,16 @@ class Runs:
 
     def only(self, rows: Bools) -> "Runs":
         """Return the chosen rows."""
-        gaps = None if self.known_gaps is None else self.known_gaps[rows]
         parts = {"scenes": self.scenes, "outcomes": self.outcomes, "risk": self.risk}
-        return replace(self, known_gaps=gaps, **{name: take(part, rows) for name, part in parts.items()})
+        return replace(self, **{name: take(part, rows) for name, part in parts.items()})
 
     @property
     def gaps(self) -> Floats:
-        """Return (n, pairs) PET by area [s]."""
-        if self.known_gaps is not None:
-            return self.known_gaps
-        jobs, simulation = self.config.search.jobs, self.config.simulation
-        return simulate_with_gaps(self.program, self.scenes, simulation, jobs, self.config.contact)[1]
+        """Return (n, pairs) PET by area [s]; scenes whose host did not record it are simulated again."""
+        if self.outcomes.gaps.shape[1] == len(self.program.actors) - 1:
+            return self.outcomes.gaps
+        jobs, config = self.config.search.jobs, self.config
+        return simulate(self.program, self.scenes, config.simulation, jobs, config.contact, measures=Measure.GAPS).gaps
 
     def encounters(self, row: int) -> "list[Encounter]":
         """Return the pairs of the ego and each actor that it meets, for one valid scene, which is simulated again."""
@@ -91,8 +89,8 @@ class Objective:
     sign: float = 1.0
     """Factor from the maximized number to the displayed number."""
     unit: str = ""
-    gaps: bool = False
-    """True if it reads `Runs.gaps`, which a host can record while it simulates."""
+    reads: int = STORED
+    """`Measure`s of a run that it reads, which a host computes while it simulates."""
     failures: bool = False
     """True if scenes in which a controller failed count; for all other objectives they are invalid."""
 
@@ -204,13 +202,13 @@ def failing(runs: Runs) -> Floats:
 
 
 BUILT_IN: tuple[Objective, ...] = (
-    Objective("risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions),
+    Objective("risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions, reads=NOTHING),
     Objective(
         "avoidable",
         "2 to 3 for a collision that all reference drivers avoid, 1 to 2 where some do; at most 1 for all other runs",
         avoidable,
         lambda _, values: values >= 2.0,
-        gaps=True,
+        reads=Measure.GAPS,
     ),
     Objective(
         "conflict",
@@ -219,7 +217,7 @@ BUILT_IN: tuple[Objective, ...] = (
         _collisions,
         -1.0,
         "s",
-        gaps=True,
+        reads=Measure.GAPS,
     ),
     Objective(
         "severity", "the larger delta-V of the two; it is not a risk of injury", severity, _collisions, 1.0, "m/s"
@@ -251,7 +249,7 @@ def of_file(program: Program) -> Iterator[Objective]:
         kind = {Sense.EXPECT: "how far it is broken", Sense.MAXIMIZE: "made large", Sense.MINIMIZE: "made small"}
         finds = _breaks(number) if each.sense is Sense.EXPECT else _collisions
         sentence = f"{kind[each.sense]} (line {each.line})"
-        yield Objective(each.name, sentence, _number(number, sign), finds, sign, each.unit)
+        yield Objective(each.name, sentence, _number(number, sign), finds, sign, each.unit, NOTHING)
 
 
 def _number(number: int, sign: float) -> Callable[[Runs], Floats]:

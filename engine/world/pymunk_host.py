@@ -30,14 +30,14 @@ from engine.host import empty_results, memory, outcomes, outlines, plan, request
 from engine.kernels.impacts.motion import PULSE, STILL, MotionSegment
 from engine.kernels.pair import swung
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested, Results, measure_run, note_end, note_objectives
+from engine.kernels.rows import Requested, Results, note_results
 from engine.kernels.run_state import HOSTED, POST_IMPACT, Memory, Plan, Run, Status
 from engine.metrics import Recorded, recorded
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Impact, Scenes, Trajectory
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, EndReason, State, Verdict
+from engine.vocabulary import ActorKind, EndReason, State
 from engine.world.bodies import Physique, carrier, carry, new_space, physiques, rub, solid, wall
 from engine.world.impacts import Recorder, impacts_among_others
 
@@ -421,16 +421,10 @@ def _score(host: Host, row: int) -> int:
     scenes, record = host.scenes, host.memory
     begin(host.plan, record, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     advance(host.plan, record, host.plan.layout.last_sample + 1, True)
-    valid = note_end(record, row, host.results)
+    note_results(host.plan, record, row, np.zeros((len(host.bodies), 3)), host.results)
     samples = int(record.status[Status.SAMPLE]) + (0 if record.status[Status.CONTACT_ONE] >= 0 else 1)
-    if host.results.verdict[row] == Verdict.ERROR:
-        return samples
-    carry(host.space, host.bodies, record.states, samples, host.plan.layout.time_step)
-    if valid:
-        outlines = np.zeros((len(host.bodies), 3))
-        measure_run(host.plan, record, row, outlines, host.results)
-        if len(host.plan.objective_root):
-            note_objectives(host.plan, record, row, outlines, host.results)
+    if record.status[Status.END] not in (EndReason.BROKEN, EndReason.STUCK):
+        carry(host.space, host.bodies, record.states, samples, host.plan.layout.time_step)
     return samples
 
 

@@ -24,8 +24,8 @@ def test_rows_name_what_there_is() -> None:
         assert bool(row.symbol) == bool(row.meaning)
 
 
-OF_FILE = ("sought", "broken")
-"""What a file's own objectives come to: as many columns as it has of them."""
+NOT_ROWS = ("sought", "broken", "gaps")
+"""Arrays without a row: the objectives of a file, and conflict gaps where they are requested."""
 
 
 def test_kernels_outcomes_and_columns_follow_it() -> None:
@@ -33,8 +33,8 @@ def test_kernels_outcomes_and_columns_follow_it() -> None:
     names = [row.name for row in PAIRS]
     assert tuple(names[place] for place in PLACES) == PairMetrics._fields
     assert {*PairMetrics._fields, *NOT_OF_MOTION} == set(names)
-    assert {*Results._fields, *names} == {*(row.name for row in OUTCOMES), "pairs", *OF_FILE}
-    assert [field.name for field in fields(Outcomes)] == [*(row.name for row in OUTCOMES), *OF_FILE]
+    assert {*Results._fields, *names} == {*(row.name for row in OUTCOMES), "pairs", *NOT_ROWS}
+    assert [field.name for field in fields(Outcomes)] == [*(row.name for row in OUTCOMES), *NOT_ROWS]
     assert sorted(SCALARS) == sorted(name for row in RESULTS for name in row.columns)
 
 

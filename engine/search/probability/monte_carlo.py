@@ -127,9 +127,10 @@ def estimate(
         raise ArgumentError(f"until_width is {until_width} with method {method}", "take method mc, and 0 < width < 1")
     config, *others = _recorded(config)
     aims, targets = _partners(program) if method == "importance" and not of and score is DISTANCE else ((), {})
-    evaluate, judge = make_evaluator(program, config, PAPER, aims), make_judge(program, *others, config)
+    evaluate, judge = make_evaluator(program, config, PAPER, aims, stored=0), make_judge(program, *others, config)
     if of:
-        evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
+        evaluate = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),), stored=0))
+        judge = None
         score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
     if method in RARE:
         function = RARE[method].function
@@ -144,7 +145,7 @@ def _partners(program: Program) -> "tuple[tuple[Objective, ...], dict[str, Any]]
     """Return objectives that measure the distance and the side of each partner, and the targets that read them: each
     partner, and each on each side of the ego, where it is at its closest approach.
     """
-    from engine.search.objectives import Objective
+    from engine.search.objectives import NOTHING, Objective
 
     aims: list[Objective] = []
     targets: list[Score] = []
@@ -152,9 +153,15 @@ def _partners(program: Program) -> "tuple[tuple[Objective, ...], dict[str, Any]]
         distance = len(aims)
         aims += [
             Objective(
-                "distance", "minus its least distance", _column("min_distance", pair, -1.0), _collided, -1.0, "m"
+                "distance",
+                "minus its least distance",
+                _column("min_distance", pair, -1.0),
+                _collided,
+                -1.0,
+                "m",
+                NOTHING,
             ),
-            Objective("side", "the side on which it is then", _column("side", pair), _collided),
+            Objective("side", "the side on which it is then", _column("side", pair), _collided, reads=NOTHING),
         ]
         targets += [_target(distance, side) for side in (None, *Side)]
     return tuple(aims), {"targets": targets}

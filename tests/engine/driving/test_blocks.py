@@ -13,6 +13,7 @@ import pytest
 import cortex_dsl as cx
 from engine import batch, host
 from engine.assessment import take
+from engine.config import SimulationConfig
 from engine.control import columns
 from engine.driving import stepping
 from engine.driving.blocks import HOPELESS, Driven, Driver
@@ -21,11 +22,11 @@ from engine.driving.observations import EGOCENTRIC
 from engine.driving.stepping import ParallelRuns
 from engine.errors import ControllerError
 from engine.kernels.rows import simulate_rows
-from engine.outcomes import Outcomes
+from engine.outcomes import OUTCOMES, Outcomes
 from engine.scenes import Scenes
 from engine.tables import Bools, Floats, Ints
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Verdict
+from engine.vocabulary import STORED, ActorKind, Measure, Verdict
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ("left_turn", "right_and_oncoming_left", "left_against_crossing", "crossing_left_turn",
@@ -245,18 +246,77 @@ terminate after 6 s
 """
 
 
+JUDGED = {
+    "nothing declared": "",
+    "expectations": "expect always ego.speed > 2 m/s\nexpect eventually ego.speed > 11 m/s\n",
+    "a requirement": "require always ego.speed < 15.5 m/s\n",
+    "numbers": "maximize hidden_time\nminimize least(ego.speed)\nmaximize post_encroachment_time\n",
+    "both": "require eventually ego.speed > 7 m/s\nexpect always ego.speed < 12 m/s\nmaximize final(ego.speed)\n",
+}
+
+
 @pytest.mark.parametrize("name", OTHERS)
-def test_runs_are_judged_on_their_record_or_run_again(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("declared", JUDGED)
+def test_runs_are_judged_on_their_record_or_run_again(
+    name: str, declared: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Either way they are those of the batch host; again run only those of two in which more than pedals moves one."""
     other, again = OTHERS[name]
-    scenario = cx.compile_text(BESIDE % other)
+    scenario = cx.compile_text(BESIDE % other + JUDGED[declared])
     scenes, run_again = scenario.sample(20, seed=2), []
     monkeypatch.setattr(stepping, "simulate_rows", lambda *given: run_again.append(simulate_rows(*given)))
     driver = {control.controller: cruising for control in scenario.program.controls}
-    driven = Driver(driver, block=20).drive(scenario.program, scenes, scenario.config.simulation)
-    same(driven.outcomes, scenario.simulate(driven.scenes))
+    every = STORED | Measure.GAPS
+    config = scenario.config.simulation
+    driven = Driver(driver, block=20).drive(scenario.program, scenes, config, measures=every)
+    same(driven.outcomes, batch.simulate(scenario.program, driven.scenes, config, measures=every))
     assert driven.scenes.valid.any()
     assert bool(run_again) == again
+
+
+def test_driven_scenes_are_not_simulated_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Changed scenes are, and the results of both are those of the batch host."""
+    scenario = cx.compile_text(BESIDE % OTHERS["parked"][0]).driven_by(cruising)
+    scenes, simulated = scenario.sample(20, seed=2), []
+
+    def counted(*given: Any) -> Outcomes:
+        simulated.append(given)
+        return simulate(*given)
+
+    simulate = batch.simulate
+    monkeypatch.setattr(batch, "simulate", counted)
+    known = scenario.simulate(scenes)
+    assert not simulated
+    same(known, simulate(scenario.program, scenes, scenario.config.simulation))
+    known.end_time[:] = 0.0
+    assert scenario.simulate(scenes).end_time.all()
+    scenes.actions[0, :, 1] = 1.0
+    changed = scenario.simulate(scenes)
+    assert len(simulated) == 1
+    same(changed, simulate(scenario.program, scenes, scenario.config.simulation))
+    slower = replace(
+        scenario, config=replace(scenario.config, simulation=SimulationConfig(time_step=0.1, max_time=6.0))
+    )
+    slower.simulate(scenario.sample(20, seed=2))
+    assert len(simulated) == 2
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_measures_that_are_not_requested_change_no_other_result(name: str) -> None:
+    """They have the values of invalid scenes."""
+    scenario = scenario_of(name, "FollowTrajectoryBehavior(10 m/s, egoTrajectory)")
+    scenes, config = scenario.sample(60, seed=3), scenario.config.simulation
+    every = batch.simulate(scenario.program, scenes, config, measures=STORED | Measure.GAPS)
+    measured = {
+        Measure.SIGHT: ("first_seen", "ttc_at_first_sight", "hidden_time"),
+        Measure.GRIP: ("lateral_grip", "combined_grip"),
+        Measure.FAULT: ("fault",),
+    }
+    for chosen in (0, *measured, Measure.GAPS):
+        some = batch.simulate(scenario.program, scenes, config, measures=chosen)
+        blank = {row.name: row.blank(60, len(scenario.program.actors)) for row in OUTCOMES}
+        missing = {name: blank[name] for each, names in measured.items() if each != chosen for name in names}
+        same(some, replace(every, **missing, **({} if chosen == Measure.GAPS else {"gaps": np.zeros((60, 0))})))
 
 
 # -- a driver of the library, written in numpy -------------------------------------------------------------------------
