@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cortex_dsl.api.comparing import compare
+    from cortex_dsl.api.coverage import coverage
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.proofs import prove
     from cortex_dsl.api.resuming import resume
     from cortex_dsl.api.runs import open_run, search
     from cortex_dsl.api.scenario import Scenario, compile_text, load
     from cortex_dsl.api.studies import study
+    from cortex_dsl.api.suites import run_suite
     from cortex_dsl.api.testing import run_tests
     from cortex_dsl.diagnostics import CompileError
     from cortex_dsl.interchange.exchange import export, measure, measure_all
@@ -38,6 +40,7 @@ __all__ = [
     "__version__",
     "compare",
     "compile_text",
+    "coverage",
     "export",
     "load",
     "measure",
@@ -46,6 +49,7 @@ __all__ = [
     "probability",
     "prove",
     "resume",
+    "run_suite",
     "run_tests",
     "search",
     "study",
@@ -58,6 +62,7 @@ _HOMES = {
     "Scenario": "cortex_dsl.api.scenario",
     "compare": "cortex_dsl.api.comparing",
     "compile_text": "cortex_dsl.api.scenario",
+    "coverage": "cortex_dsl.api.coverage",
     "export": "cortex_dsl.interchange.exchange",
     "load": "cortex_dsl.api.scenario",
     "measure": "cortex_dsl.interchange.exchange",
@@ -66,6 +71,7 @@ _HOMES = {
     "probability": "engine.search.probability.functions",
     "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.resuming",
+    "run_suite": "cortex_dsl.api.suites",
     "run_tests": "cortex_dsl.api.testing",
     "search": "cortex_dsl.api.runs",
     "study": "cortex_dsl.api.studies",

@@ -131,7 +131,10 @@ class Wait(Act):
 
 @frozen
 class Follow(Act):
-    """Follow a path until its end, `offset` [m] to its left. `progress` is a local of its own."""
+    """Follow a path until its end, `offset` [m] to the left of it, or of the curve to the offset `aside` [m].
+
+    `progress` is a local of its own.
+    """
 
     path: Expr
     target_speed: Expr
@@ -139,6 +142,7 @@ class Follow(Act):
     """Literal infinity switches speed planning off."""
     progress: int
     offset: Expr | None = None
+    aside: Expr | None = None
 
 
 @frozen
@@ -426,7 +430,7 @@ class Domain:
 
     name: str
     when: str
-    """`start`, `contact` or `end`."""
+    """`start`, `first sight`, `contact` or `end`."""
     line: int
     text: str
     """The value as the file writes it."""
@@ -434,8 +438,6 @@ class Domain:
     """Unit in which values are shown."""
     scale: float
     """SI value = shown value * scale."""
-    si: str
-    """SI unit word of the value; "" for a pure number."""
     cells: tuple[Cell, ...]
     least: float = math.nan
     """Least possible value by interval arithmetic, SI; NaN unless the instant is the start."""

@@ -53,7 +53,26 @@ def compile_source(
     Raises:
         CompileError: with every error found.
     """
-    module = parse(source)
+    return compile_module(
+        parse(source), source, overrides, scenario=scenario, files=files, observe=observe, domains=domains
+    )
+
+
+def compile_module(
+    module: Module,
+    source: Source,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    *,
+    scenario: str | None = None,
+    files: Files = DISK,
+    observe: "Observer | None" = None,
+    domains: ir.DomainUse | None = None,
+) -> Compiled:
+    """Compile the syntax tree of a text, as `compile_source` does.
+
+    Raises:
+        CompileError: with every error found.
+    """
     linked = link(module, source, files)
     checked, diagnostics = elaborate(
         module,

@@ -48,7 +48,7 @@ __all__ = ["draw_genomes", "sample", "uniform_genomes"]
 
 def draw_genomes(space: ParamSpace, keys: Ints) -> Floats:
     """Return (n, d) gene values in file units, each from its own distribution; row i depends on key i alone."""
-    return from_uniforms(space, _uniforms(space, keys))
+    return from_uniforms(space, uniforms_of(space, keys))
 
 
 def from_uniforms(space: ParamSpace, uniforms: Floats) -> Floats:
@@ -61,13 +61,14 @@ def from_uniforms(space: ParamSpace, uniforms: Floats) -> Floats:
 
 def uniform_genomes(space: ParamSpace, keys: Ints) -> Floats:
     """Return (n, d) gene values in file units, uniform over the box of the search; row i depends on key i alone."""
-    genomes = _uniforms(space, keys)
+    genomes = uniforms_of(space, keys)
     for gene in range(len(space)):
         genomes[:, gene] = _from_box(space, gene, genomes[:, gene])
     return genomes
 
 
-def _uniforms(space: ParamSpace, keys: Ints) -> Floats:
+def uniforms_of(space: ParamSpace, keys: Ints) -> Floats:
+    """Return (n, d) the uniform numbers of [0, 1) that the genes of each key come from."""
     check_keys(keys)
     uniforms = np.empty((len(keys), len(space)))
     fill_uniform(keys, int(Purpose.SCENE), GENE_CHANNEL, uniforms)

@@ -30,7 +30,7 @@ CONTACT = ContactConfig()
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedCollision:
     """One collision with all that the reference drivers say."""
 
     verdict: Blame
@@ -147,13 +147,15 @@ def judge(
     contact: ContactConfig = CONTACT,
     jobs: int = 1,
     references: Sequence[str] = DEFAULT_REFERENCES,
-) -> tuple[Judged | None, ...]:
+) -> tuple[JudgedCollision | None, ...]:
     """Return the answers of the reference drivers to each scene, and its counterfactuals; None without a collision."""
     answers, _ = answers_and_margins(program, scenes, config, contact, jobs, references, measured=False)
     others = counterfactuals(program, scenes, config, contact, jobs)
     names = [each.name for each in drivers_of(references)]
     rows = zip(verdicts(answers).tolist(), answers.tolist(), others, strict=True)
     return tuple(
-        None if said == Blame.NONE else Judged(Blame(said), dict(zip(names, map(Answer, row), strict=True)), other)
+        None
+        if said == Blame.NONE
+        else JudgedCollision(Blame(said), dict(zip(names, map(Answer, row), strict=True)), other)
         for said, row, other in rows
     )

@@ -16,7 +16,7 @@ from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.api.scenario_files import ScenarioFile
 from cortex_dsl.api.seeded_runs import (
     BLOCK,
-    CONTACT,
+    NO_CONTACT,
     OnRuns,
     Prepare,
     check_mistake,
@@ -140,7 +140,7 @@ def _criteria(program: Program, plan: GatePlan, *, kept: bool) -> tuple[_Criteri
     ]
     limited = plan.max_probability is not None and plan.of is None
     contact = limited or not (expects or plan.allow_collisions)
-    contacts = [_Criterion(CONTACT, Kind.CONTACT, limit=limit if limited else None)] if contact else []
+    contacts = [_Criterion(NO_CONTACT, Kind.CONTACT, limit=limit if limited else None)] if contact else []
     return (*expects, *contacts, *(_Criterion(bound.text, Kind.BOUND, bound=bound) for bound in plan.bounds))
 
 

@@ -51,7 +51,7 @@ Failure = tuple[tuple[str, ...], tuple[int, ...] | str | None]
 
 
 @dataclass(frozen=True)
-class Judged:
+class SideRuns:
     """Driven scenes of one side, and what they broke."""
 
     done: Driven
@@ -82,8 +82,8 @@ class PairBlock:
     numbers: Ints
     """(n,) Numbers of the pairs, from 1."""
     seeds: Ints | None
-    a: Judged
-    b: Judged
+    a: SideRuns
+    b: SideRuns
 
     @property
     def valid(self) -> Bools:
@@ -138,7 +138,7 @@ class Pairing:
         scenario = self.b.scenario
         return sample(scenario.program, scenes.genomes, scenes.keys, scenario.config.simulation, self.jobs)
 
-    def _judged(self, side: Contender, scenes: Scenes, number: int) -> Judged:
+    def _judged(self, side: Contender, scenes: Scenes, number: int) -> SideRuns:
         program, config = side.program, side.scenario.config
         done = drive(side.scenario, side.driver, scenes, self.jobs)
         check_mistake(side.scenario, done, program.name)
@@ -157,7 +157,7 @@ class Pairing:
         )
         danger = -np.nan_to_num(runs.continuous)[:, np.newaxis]
         values = np.concatenate([outcomes.sought[:, columns], danger, danger], 1)
-        return Judged(done, runs, said, broken, values, codes(runs, said))
+        return SideRuns(done, runs, said, broken, values, codes(runs, said))
 
     def driven_otherwise(self, block: PairBlock) -> tuple[int, int]:
         """Return the number of scenes that A and B drive otherwise if they drive them again."""
@@ -165,7 +165,7 @@ class Pairing:
 
     # -- failures
 
-    def failure(self, judged: Judged, row: int) -> Failure | None:
+    def failure(self, judged: SideRuns, row: int) -> Failure | None:
         """Return the kind of a failing run; None if it does not fail."""
         names = tuple(
             name
@@ -205,7 +205,7 @@ class Pairing:
         )
         return Example(int(block.numbers[row]), seed, format_key(scenes.keys[row]), params, a, b, drawn)
 
-    def _run_numbers(self, side: Contender, judged: Judged, row: int, replay: str) -> RunNumbers:
+    def _run_numbers(self, side: Contender, judged: SideRuns, row: int, replay: str) -> RunNumbers:
         event, numbers = end_numbers(side.program, judged.outcomes, row)
         robustness = (
             Measured(f"robustness of {name}", float(judged.values[row, column]))
@@ -214,7 +214,7 @@ class Pairing:
         )
         return RunNumbers(event, (*numbers, *robustness), replay)
 
-    def _replay(self, side: Contender, judged: Judged, row: int, seed: int | None) -> str:
+    def _replay(self, side: Contender, judged: SideRuns, row: int, seed: int | None) -> str:
         """Return the command that repeats a run, or both runs of the pair; "" without one."""
         if seed is None and not self.alone:
             return ""
@@ -253,7 +253,7 @@ def _conditions(
     return (*names, CONTACT, AVOIDABLE), kinds, tuple((own[name], theirs[name]) for name in names)
 
 
-def _otherwise(side: Contender, judged: Judged, jobs: int) -> int:
+def _otherwise(side: Contender, judged: SideRuns, jobs: int) -> int:
     """Return the number of scenes that a driver drives otherwise if it drives them again."""
     if side.driver is None:
         return 0
@@ -392,7 +392,7 @@ class Collected:
         return {name: [value for part in self.parts for value in part[name]] for name in names}
 
 
-def _starts_alike(pairing: Pairing, a: Judged, b: Judged) -> Bools:
+def _starts_alike(pairing: Pairing, a: SideRuns, b: SideRuns) -> Bools:
     """Return (n,) True for pairs whose actors start alike."""
     if len(pairing.a.program.actors) != len(pairing.b.program.actors):
         return np.zeros(len(a.outcomes), dtype=bool)
@@ -401,7 +401,7 @@ def _starts_alike(pairing: Pairing, a: Judged, b: Judged) -> Bools:
     return ((one == other) | (np.isnan(one) & np.isnan(other))).all(axis=1)
 
 
-def _reasons(judged: Judged) -> dict[int, str]:
+def _reasons(judged: SideRuns) -> dict[int, str]:
     """Return the reason of each run that does not count, by its row."""
     verdict = judged.outcomes.verdict
     reasons = {row: REASONS[Verdict(int(verdict[row]))] for row in np.flatnonzero(verdict != Verdict.VALID).tolist()}
@@ -438,7 +438,7 @@ def _columns(pairing: Pairing, block: PairBlock, changes: Sequence[Change | None
     return columns
 
 
-def _condition_columns(pairing: Pairing, judged: Judged) -> Iterator[tuple[str, list[Any]]]:
+def _condition_columns(pairing: Pairing, judged: SideRuns) -> Iterator[tuple[str, list[Any]]]:
     """Yield the columns of each condition: broken 1, kept 0, NaN for a run that does not count; and the robustness."""
     words = {CONTACT: "contact", AVOIDABLE: "avoidable"}
     for column, (name, kind) in enumerate(zip(pairing.names, pairing.kinds, strict=True)):

@@ -31,7 +31,7 @@ SEEDS = MOST_RUNS
 SEED_LIMIT = (2**63 - 1) // SEEDS - 1
 """Largest seed of a command."""
 KMH = 3.6
-CONTACT = "no contact of the ego"
+NO_CONTACT = "no contact of the ego"
 """Name of the condition of a file without an `expect`."""
 
 OnRuns = Callable[[int, int], None]

@@ -175,7 +175,7 @@ def _write(
     if options.json:
         terminal.document("export", export_content(written, how))
     else:
-        terminal.out.print(export_view(written, how), crop=False)
+        terminal.out.print(export_view(written, how))
     for error in gathered.refused.values():
         terminal.complain(f"{error.place}: {error.message}", error.cure)
     return Exit.DIAGNOSTICS if findings else Exit.USAGE if gathered.refused else Exit.FINE

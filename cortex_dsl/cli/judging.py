@@ -20,6 +20,7 @@ def usage_errors() -> Generator[None]:
     from cortex_dsl.api.contenders import NotComparableError
     from cortex_dsl.api.scenario_files import NoSuchPathError
     from engine.errors import ArgumentError, InterchangeError, UnreadableFileError
+    from engine.extras import MissingExtraError
     from engine.search.store import StoreError
     from engine.search.workers import WorkersLostError
 
@@ -27,6 +28,7 @@ def usage_errors() -> Generator[None]:
         ArgumentError,
         BaselineError,
         InterchangeError,
+        MissingExtraError,
         NoSuchPathError,
         NotComparableError,
         StoreError,

@@ -124,7 +124,7 @@ def _show_file(file: "FileResult", terminal: Terminal) -> None:
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
     from cortex_dsl.report.terminal.gate_view import file_view
 
-    terminal.out.print(file_view(file, terminal.out.width), crop=False)
+    terminal.out.print(file_view(file, terminal.out.width))
     if file.source is not None:
         print_diagnostics(file.source, file.diagnostics, terminal.err)
 

@@ -114,9 +114,19 @@ def freeze_params(request: CompileRequest, terminal: Terminal) -> CompileRequest
     space = compiled.program.space
     names = space.system if request.freeze == OF_SYSTEM else request.freeze or _of_system(space, request)
     overrides = {**request.overrides, **_middles(space, names, request.overrides)}
-    if held := [f"{name}={overrides[name]}" for name in names if name in overrides]:
-        terminal.note(f"held: {', '.join(held)}; `-p NAME=VALUE` sets another value")
+    units = dict(zip(space.names, space.units, strict=True))
+    if held := [_assigned(name, overrides[name], units.get(name, "")) for name in names if name in overrides]:
+        terminal.note(f"held: {', '.join(held)}; `-p` sets others")
     return replace(request, overrides=overrides)
+
+
+def _assigned(name: str, value: str, unit: str) -> str:
+    """Return a param with its value, as `-p` takes it; a bare number has the unit of the param."""
+    try:
+        number = float(value)
+    except ValueError:
+        return f"{name}={value}"
+    return f"{name}={number:.6g} {unit}".rstrip()
 
 
 def _of_system(space: "ParamSpace", request: CompileRequest) -> tuple[str, ...]:

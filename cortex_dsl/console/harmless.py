@@ -6,6 +6,7 @@ module of its own, as rich is imported with the first drawn view.
 """
 
 from collections.abc import Iterable
+from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
@@ -20,6 +21,10 @@ class HarmlessConsole(Console):
         """Pieces of text and controls, as rich makes them."""
         for piece in super().render(renderable, options):
             yield piece if piece.control or piece.text.isprintable() else Segment(harmless(piece.text), piece.style)
+
+    def print(self, *objects: Any, crop: bool = False, **settings: Any) -> None:  # type: ignore[override]
+        """Print objects; lines that may not be broken, such as commands to copy, are whole."""
+        super().print(*objects, crop=crop, **settings)
 
     def on_broken_pipe(self) -> None:
         """Pass the error on to the command, which ends as after any other output; rich would end it with 1."""

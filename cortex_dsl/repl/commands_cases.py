@@ -133,7 +133,7 @@ def _write(state: State, case: "Case", stem: str, folder: Path, formats: Sequenc
     written = write_cases(
         [case_of_search(_last(state).scenario, case, stem)], formats, folder, how, force=force, flags=IN_SESSION
     )
-    state.terminal.out.print(export_view(written, how), crop=False)
+    state.terminal.out.print(export_view(written, how))
     for error in written.gathered.refused.values():
         state.mistakes += 1
         state.terminal.complain(f"{error.place}: {error.message}", error.cure)

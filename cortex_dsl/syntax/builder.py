@@ -197,7 +197,7 @@ class StatementBuilder:
         return nodes.Domain(
             self.expressions.text(token(name)),
             self.expression(value),
-            str(when or "start"),
+            " ".join(str(when or "start").split()),
             self.expression(cells),
             *map(self.expression, ends),
             span=span,

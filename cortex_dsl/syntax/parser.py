@@ -16,6 +16,7 @@ from cortex_dsl.installation import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out, synthetic
+from cortex_dsl.syntax.reductions import Reductions
 from cortex_dsl.syntax.words import LATER_BLOCKS
 from engine.user_cache import cached_file
 
@@ -139,7 +140,7 @@ def _run(source: Source, layout: Layout, diagnostics: list[Diagnostic]) -> tuple
     run = lark.parse_interactive(source.text)
     while True:
         try:
-            run.exhaust_lexer()
+            _reductions().exhaust(run)
             return run.feed_eof(), diagnostics
         except UnexpectedInput as error:
             from cortex_dsl.syntax.explain.table import explain  # not for texts without an error
@@ -161,6 +162,12 @@ def _offset(error: UnexpectedInput, end: int) -> int:
     if isinstance(error, UnexpectedToken) and error.token.type != "$END":
         return error.token.start_pos or 0
     return end
+
+
+@cache
+def _reductions() -> Reductions:
+    """Return the tables of the parser's reductions."""
+    return Reductions(_parser()[0].parse_interactive(""))
 
 
 @cache

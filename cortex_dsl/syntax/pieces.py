@@ -159,7 +159,8 @@ class _Pieces:
 
     def step(self, kind: str) -> None:
         self.glued = kind in _OPEN or kind == "DOT" or (kind in _SIGNED and not self.value and self.last != "_IMPORT")
-        self.value = kind in _ENDS_VALUE and not (kind == "NAME" and self.last == "_WITH")
+        is_name = (kind, self.last) in (("NAME", "_WITH"), ("STRING", "_DOMAIN"))
+        self.value = kind in _ENDS_VALUE and not is_name
         if kind in _OPEN:
             self.brackets.append(self.last)
         elif kind in _CLOSE:

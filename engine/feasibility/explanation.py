@@ -130,6 +130,17 @@ Boxes = tuple[Ints, Floats, Floats]
 """Rows, and ends of all variables in SI units."""
 
 
+def gene_boxes(program: Program, sliced: Sequence[Sliced], allowed: int) -> tuple[Floats, Floats]:
+    """Return (n, genes) ends of boxes, file units: the genes of each scene that meets the allowed requirements (bits)
+    lie in one of them.
+    """
+    genes, found = len(program.space), [narrow(part, *_whole(part), ROUNDS, allowed) for part in sliced]
+    low, high = (
+        np.concatenate([getattr(each, end)[each.killer == ALIVE, :genes] for each in found]) for end in ("low", "high")
+    )
+    return _in_file_units(program, low, high)
+
+
 def _whole(part: Sliced) -> Boxes:
     """Return every variant over the whole box of the genes."""
     with np.errstate(all="ignore"):

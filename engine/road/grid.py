@@ -137,9 +137,10 @@ class Grid:
         return with_cores(shape_of(self.junction.outline), [(-stop, -half, stop, half), (-half, -stop, half, top)])
 
     @cached_property
-    def turn_strips(self) -> tuple[Shape, ...]:
-        """Return the area of each turn through a junction around the origin."""
-        return tuple(_turn_strip(turn, self.spec.lane_width) for turn in self.junction.turns)
+    def turn_strips(self) -> tuple[tuple[Shape, ...], ...]:
+        """Return the area of each turn through each junction."""
+        strips = [_turn_strip(turn, self.spec.lane_width) for turn in self.junction.turns]
+        return tuple(tuple(strip.moved(site.x, site.y) for strip in strips) for site in self.sites)
 
     def kerbs(self) -> Floats:
         """Return the boundary edges of one junction: its outline without the stop lines."""
@@ -236,8 +237,8 @@ class _Builder:
         for site, arm in grid.arms():
             self.add_road(site, arm)
         network.intersections = tuple(map(self.intersection, grid.sites, areas))
-        for site in grid.sites:
-            self.add_turns(site, grid.turn_strips)
+        for site, strips in zip(grid.sites, grid.turn_strips, strict=True):
+            self.add_turns(site, strips)
         network.lanes, network.maneuvers = tuple(self.lanes), tuple(self.maneuvers)
         network.roads = self.roads()
         network.links = link(network, self.junction)
@@ -382,7 +383,7 @@ class _Builder:
                 self.grid.name_at(site, way),
                 LaneRole.CONNECTING,
                 path,
-                shape.moved(site.x, site.y),
+                shape,
                 self.grid.site_name(site),
                 turn.start_lane,
                 True,

@@ -6,11 +6,12 @@ decided by the even-odd rule over all its edges. A strip is made from the lane's
 
 from collections.abc import Sequence
 from dataclasses import field, replace
+from functools import lru_cache
 
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road.paths import PathBook
+from engine.road.paths import PathBook, Primitive
 from engine.tables import Floats
 
 # -- polygons ----------------------------------------------------------------------------------------------------------
@@ -191,7 +192,16 @@ def _hull_rows(edges: Floats) -> Floats:
 
 def strip(paths: PathBook, path: int, width: float, tolerance: float) -> Shape:
     """Return the region within half a width to either side of a path, with square ends; tiled along the path."""
-    return between(*borders(paths, path, width, tolerance))
+    return _strip(np.array(paths.primitives(path), dtype=np.float64).tobytes(), width, tolerance)
+
+
+@lru_cache(maxsize=1024)
+def _strip(primitives: bytes, width: float, tolerance: float) -> Shape:
+    """Return the strip of primitives, given as bytes, which tell -0.0 from 0.0. The files of a folder share lanes."""
+    paths = PathBook()
+    path = paths.add([Primitive(*row) for row in np.frombuffer(primitives).reshape(-1, 5).tolist()])
+    left, right = borders(paths, path, width, tolerance)
+    return between(left, right)
 
 
 def between(left: Floats, right: Floats) -> Shape:

@@ -24,7 +24,7 @@ from typing import Any, TypeVar, cast
 
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError
-from engine.search.methods.table import REMOVED, SEARCHERS, SearcherEntry
+from engine.search.methods.table import ELSEWHERE, REMOVED, SEARCHERS, SearcherEntry
 from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.streams import FIELD_BITS, operator_generator
 
@@ -131,6 +131,8 @@ class UnknownMethodError(CortexError, ValueError):
         self.name, self.replacement = name.strip(), REMOVED.get(_word(name))
         if self.replacement is not None:
             super().__init__(f"method: `{self.name}` was removed", f"use `{self.replacement}`")
+        elif (command := ELSEWHERE.get(_word(name))) is not None:
+            super().__init__(f"method: `{self.name}` fills cells and seeks no failures", f"use `{command}`")
         else:
             super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
 

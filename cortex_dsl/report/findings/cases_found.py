@@ -26,7 +26,7 @@ from engine.search.insight.diversity import SECTORS, sector
 from engine.search.insight.kinds import FoundKind, blame_order, codes, kind_of
 from engine.search.ranking import Case
 from engine.tables import Ints
-from engine.verdicts import Judged
+from engine.verdicts import JudgedCollision
 from engine.vocabulary import Blame, Side, State
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class CaseFound:
     blame: Blame
     answer: Avoidability | None
     """Avoidability of a collision by the careful driver; None for other cases, and without a drive of it."""
-    judged: Judged | None = None
+    judged: JudgedCollision | None = None
     """Answers of all reference drivers, and counterfactuals; None as above."""
     end: float = 0.0
     """End of the run [s], at which the driver failed if it did."""
@@ -107,7 +107,7 @@ def known_cases(
     program: Program,
     campaign: Campaign,
     answers: Sequence[Avoidability | None] = (),
-    judged: Sequence[Judged | None] = (),
+    judged: Sequence[JudgedCollision | None] = (),
 ) -> tuple[CaseFound, ...]:
     """Return the worst cases with the answers of the reference drivers, if there are any."""
     none = [None] * len(campaign.worst)
@@ -116,7 +116,7 @@ def known_cases(
 
 
 def _found(
-    program: Program, campaign: Campaign, case: Case, answer: Avoidability | None, judged: Judged | None
+    program: Program, campaign: Campaign, case: Case, answer: Avoidability | None, judged: JudgedCollision | None
 ) -> CaseFound:
     runs, place = campaign.evaluations.rollouts, (case.row, case.rollout)
     pair, side = int(runs.pair[place]), int(runs.side[place])

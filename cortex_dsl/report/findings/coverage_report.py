@@ -4,15 +4,19 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import pairwise
 from typing import Any
 
 from cortex_dsl.report.findings.readable import significant
 from engine.display import counted
 from engine.gates.coverage import RULE_OF_THREE
+from engine.tables import Floats, Ints
 
 COVERAGE_SCHEMA_VERSION = 1
 LEVEL = 0.95
 """Confidence of all intervals."""
+INDEPENDENT, TWAY = "independent", "tway"
+"""Methods by which scenes are drawn: by successive seeds, or one for each row of a covering array."""
 
 
 class State(StrEnum):
@@ -48,9 +52,17 @@ class DomainInfo:
     line: str
     unit: str
     cells: tuple[str, ...]
+    ends: tuple[tuple[float, float], ...] = ()
+    """Ends of the cells in its unit; () for items that are no numbers."""
     least: float | None = None
     """Least possible value in its unit; None if it is not known."""
     greatest: float | None = None
+
+    @property
+    def is_numeric(self) -> bool:
+        """Return True if the cells are intervals that follow one another without a gap."""
+        meet = all(one[1] == other[0] for one, other in pairwise(self.ends))
+        return bool(self.ends) and meet and all(low < high for low, high in self.ends)
 
     @property
     def range_text(self) -> str:
@@ -59,6 +71,19 @@ class DomainInfo:
             return ""
         ends = f"{significant(self.least, 4)} to {significant(self.greatest, 4)} {self.unit}".rstrip()
         return significant(self.least, 4) + f" {self.unit}".rstrip() if self.least == self.greatest else ends
+
+
+@dataclass(frozen=True)
+class DomainTotal:
+    """Runs by the cells of one domain."""
+
+    runs: tuple[int, ...]
+    """Runs in each cell."""
+    below: int = 0
+    """Runs with a number below all cells."""
+    above: int = 0
+    other: int = 0
+    """Runs with another value that lies in no cell."""
 
 
 @dataclass(frozen=True)
@@ -94,9 +119,9 @@ class CellResult:
     runs: int = 0
     """Covered: runs in the cell. Blocked: runs of its scenes."""
     failures: int = 0
-    low: float = 0.0
-    """Interval of the failure rate."""
-    high: float = 1.0
+    low: float | None = None
+    """Interval of the failure rate; None if the runs are no independent draws."""
+    high: float | None = None
     worst: Worst | None = None
     requirements: tuple[RequirementInfo, ...] = ()
     """Excluded: a minimal set of requirements that no scene of the cell can meet."""
@@ -105,21 +130,23 @@ class CellResult:
     events: tuple[tuple[str, int], ...] = ()
     """Blocked: what ended the runs, and how many, the most frequent first."""
     draws: int = 0
-    """Blocked and untried: runs in all."""
+    """Blocked and untried: independent runs in all."""
     sought: int = 0
     """Rare: runs of the directed search."""
     params: tuple[tuple[str, float, str], ...] = ()
     """Rare: name, value and unit of each param of the scene that was found."""
+    found: tuple[Floats, Ints] | None = field(default=None, compare=False)
+    """Rare: genome (1, d; file units) and key (1, 6) of that scene."""
     case: str = ""
-    """Rare: that scene as a file."""
+    """Rare: name of the file of that scene; "" if none is written."""
     probability: tuple[float, float, float] | None = None
     """Rare: probability of the cell and its 95 % interval; None if there is none, for the reason in `remark`."""
     remark: str = ""
 
     @property
-    def bound(self) -> float:
-        """Return the upper bound of the probability of the cell, by the rule of three."""
-        return min(1.0, RULE_OF_THREE / self.draws) if self.draws else 1.0
+    def bound(self) -> float | None:
+        """Return the upper bound of the probability of the cell by the rule of three; None without independent runs."""
+        return min(1.0, RULE_OF_THREE / self.draws) if self.draws else None
 
 
 @dataclass(frozen=True)
@@ -134,7 +161,7 @@ class CoverageReport:
     """True if the number of runs depends on time."""
     ways: int
     draws: int
-    """Independent runs that count."""
+    """Runs that count."""
     lost: int
     """Runs that do not count: invalid, aborted by a requirement on the run, or failed by the driver."""
     valueless: int
@@ -143,9 +170,17 @@ class CoverageReport:
     """Definition of a failure."""
     domains: tuple[DomainInfo, ...]
     cells: tuple[CellResult, ...]
+    method: str = INDEPENDENT
+    """How the scenes were drawn."""
     joint: bool = False
     """True if all intervals hold together with the confidence `LEVEL` (Bonferroni)."""
     remarks: tuple[str, ...] = ()
+    totals: tuple[DomainTotal, ...] = ()
+    """Runs by the cells of each domain."""
+    verdicts: Mapping[str, int] | None = None
+    """Runs by their verdict under an operational design domain; None without one."""
+    files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    """Scenes as files, by their names."""
     seconds: float = 0.0
     counts: Mapping[State, int] = field(init=False)
 
@@ -175,6 +210,8 @@ class CoverageReport:
     @property
     def multiplicity(self) -> str:
         """Return how the intervals treat that there are many of them."""
+        if self.method == TWAY:
+            return "scenes of a covering array are no independent draws: there are no rates and no bounds"
         if self.joint:
             return "all intervals hold together at 95 % (Bonferroni over the covered cells)"
         return "each interval holds for its cell alone at 95 %; --joint: all of them together"
@@ -194,8 +231,10 @@ def percent(share: float) -> str:
 
 
 def _covered(_report: CoverageReport, cell: CellResult) -> str:
-    interval = f"{percent(cell.low)} to {percent(cell.high)}"
-    return f"{cell.failures:,} of {counted(cell.runs, 'run')} failed: {interval}"
+    failed = f"{cell.failures:,} of {counted(cell.runs, 'run')} failed"
+    if cell.low is None or cell.high is None:
+        return failed
+    return f"{failed}: {percent(cell.low)} to {percent(cell.high)}"
 
 
 def _impossible(report: CoverageReport, cell: CellResult) -> str:
@@ -217,7 +256,9 @@ def _blocked(_report: CoverageReport, cell: CellResult) -> str:
 
 
 def _untried(_report: CoverageReport, cell: CellResult) -> str:
-    tried = f"none of {counted(cell.draws, 'run')}: probability at most {significant(cell.bound, 2)}"
+    tried = "no scene of the covering array"
+    if cell.bound is not None:
+        tried = f"none of {counted(cell.draws, 'run')}: probability at most {significant(cell.bound, 2)}"
     return f"{tried}; {cell.remark}" if cell.remark else tried
 
 
@@ -247,6 +288,7 @@ def coverage_content(report: CoverageReport) -> dict[str, Any]:
         "path": report.path,
         "digest": report.digest,
         "seed": report.seed,
+        "method": report.method,
         "budget": report.budget,
         "runs_depend_on_time": report.timed,
         "ways": report.ways,
@@ -257,6 +299,7 @@ def coverage_content(report: CoverageReport) -> dict[str, Any]:
         "level": LEVEL,
         "joint": report.joint,
         "counts": {state.value: count for state, count in report.counts.items()},
+        "operational_design_domain": report.verdicts and dict(report.verdicts),
         "possible": report.possible,
         "share": report.share,
         "domains": [_domain_content(each) for each in report.domains],
@@ -288,7 +331,11 @@ def _cell_content(report: CoverageReport, cell: CellResult) -> dict[str, Any]:
         "reason": report.reason(cell),
     }
     if cell.state is State.COVERED:
-        found |= {"runs": cell.runs, "failures": cell.failures, "interval": [cell.low, cell.high]}
+        found |= {
+            "runs": cell.runs,
+            "failures": cell.failures,
+            "interval": None if cell.low is None else [cell.low, cell.high],
+        }
     if cell.worst is not None:
         worst = cell.worst
         found["worst"] = {"run": worst.run, "seed": worst.seed, "event": worst.event, "replay": worst.replay}
@@ -317,6 +364,7 @@ def coverage_rows(report: CoverageReport) -> Iterator[Sequence[object]]:
         named = [""] * len(report.domains)
         for domain, place in zip(cell.domains, cell.cells, strict=True):
             named[domain] = report.domains[domain].cells[place]
-        numbers = (cell.runs, cell.failures, cell.low, cell.high) if cell.state is State.COVERED else ("",) * 4
+        known = (cell.runs, cell.failures, cell.low, cell.high) if cell.state is State.COVERED else (None,) * 4
+        numbers = ("" if number is None else number for number in known)
         replay = cell.worst.replay if cell.worst else ""
         yield (*named, cell.state.value, *numbers, replay, report.reason(cell))

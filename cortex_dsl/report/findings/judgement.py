@@ -7,7 +7,7 @@ from typing import Any
 from cortex_dsl.report.findings.readable import fixed
 from engine.counterfactuals import Counterfactuals
 from engine.references import OUT_OF_RANGE
-from engine.verdicts import Judged
+from engine.verdicts import JudgedCollision
 from engine.vocabulary import Answer
 
 ANSWERS = {Answer.AVOIDS: ("avoids it", "bad"), Answer.COLLIDES: ("collides", "warn"), Answer.STRUCK: ("", "quiet")} | {
@@ -25,12 +25,12 @@ EXPLAINED = (
 )
 
 
-def covering(judged: Judged) -> list[str]:
+def covering(judged: JudgedCollision) -> list[str]:
     """Return the names of the drivers whose range covers a collision."""
     return [name for name, answer in judged.answers.items() if answer in (Answer.AVOIDS, Answer.COLLIDES)]
 
 
-def drivers_text(judged: Judged) -> str:
+def drivers_text(judged: JudgedCollision) -> str:
     """Return the drivers that avoid a collision: `all 3`, `none of 3`, or `2 of 3: careful, rss`; empty without any."""
     covers = covering(judged)
     avoids = [name for name in covers if judged.answers[name] == Answer.AVOIDS]
@@ -51,7 +51,7 @@ def counterfactual_cells(found: Counterfactuals) -> Iterator[str]:
     yield "avoids it" if found.adapted_speed else "collides"
 
 
-def judged_content(judged: Judged | None) -> dict[str, Any]:
+def judged_content(judged: JudgedCollision | None) -> dict[str, Any]:
     """Return the fields of a case in a document: `verdict`, `references` and `counterfactuals`; SI units."""
     if judged is None:
         return {"verdict": None, "references": None, "counterfactuals": None}
@@ -62,7 +62,7 @@ def judged_content(judged: Judged | None) -> dict[str, Any]:
     }
 
 
-def adapted_text(judged: Sequence[Judged]) -> str:
+def adapted_text(judged: Sequence[JudgedCollision]) -> str:
     """Return how many of some collisions adapted speed avoids; empty without a collision that the ego caused."""
     caused = [each.counterfactuals for each in judged if each.counterfactuals is not None]
     if not caused:

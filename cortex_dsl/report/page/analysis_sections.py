@@ -29,7 +29,7 @@ from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import Analysis
 from engine.search.insight.sensitivity import Indices, Sensitivity, Share
 from engine.tables import Floats
-from engine.verdicts import Judged
+from engine.verdicts import JudgedCollision
 from engine.vocabulary import Blame, GeneKind
 
 AVOIDANCE_STYLES = {
@@ -141,14 +141,14 @@ def avoided(analysis: Analysis) -> Node:
     )
 
 
-def verdict_badges(answer: Avoidability | None, judged: Judged | None) -> Node:
+def verdict_badges(answer: Avoidability | None, judged: JudgedCollision | None) -> Node:
     """Return the badges for the verdict on one case, and for the careful driver's answer."""
     if answer is None:
         return None
     return [_verdict_badge(judged), _careful_badge(answer)]
 
 
-def _verdict_badge(judged: Judged | None) -> Node:
+def _verdict_badge(judged: JudgedCollision | None) -> Node:
     """Return the badge for the verdict of several reference drivers; None where one says all."""
     if (
         judged is None

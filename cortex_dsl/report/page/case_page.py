@@ -29,7 +29,7 @@ from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
 from engine.search.store import without_folders
 from engine.streams import StreamKey, format_key
-from engine.verdicts import Judged
+from engine.verdicts import JudgedCollision
 
 # -- the tables: the risk with its parts, measures, and further pairs --------------------------------------------------
 
@@ -112,7 +112,7 @@ class Place:
     folder: Path | None
     answer: Avoidability | None = None
     """Answer of the careful driver."""
-    judged: Judged | None = None
+    judged: JudgedCollision | None = None
     """Answers of all reference drivers, and counterfactuals."""
     opinion: str = ""
     """Result of `cortexc verify --model dynamic`."""
@@ -155,7 +155,7 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
     )
 
 
-def _judgement(judged: Judged | None) -> Node:
+def _judgement(judged: JudgedCollision | None) -> Node:
     """Return the answers of the reference drivers, and the counterfactuals; None if the ego was struck."""
     if judged is None or judged.counterfactuals is None:
         return None

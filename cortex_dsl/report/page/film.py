@@ -13,6 +13,7 @@ from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_c
 from cortex_dsl.report.findings.framing import BAND, CARD, Frame
 from engine.extras import needed
 from engine.road.network import SurfaceKind
+from engine.road.outline import DECK_EDGE, DECK_SHADOW
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -133,6 +134,9 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     for rings, tint in ((road.stripes, MARKING), (road.parked, PARKED)):
         for ring in rings:
             draw.polygon(lens(ring), fill=tint)
+    for excess, paint in ((DECK_SHADOW, INK), (DECK_EDGE, KERB), (0.0, ASPHALT)):
+        for line, width in road.decks:
+            draw.line(lens(line), fill=paint, width=round((width + excess) * lens.scale), joint="curve")
     for actor, way in enumerate(replay.ways):
         for point in lens(way[:: max(1, len(way) // 60)]):
             _disc(draw, point, 0.16 * lens.scale, ACTORS[colour(actor)])

@@ -1,15 +1,17 @@
 """The result of `cortexc coverage` in the terminal: counts of the states, failures, and cells that are not covered."""
 
+import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from rich.console import Group, RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
 from cortex_dsl.plain_text import visible
-from cortex_dsl.report.findings.coverage_report import PROVED, CellResult, CoverageReport, State, percent
+from cortex_dsl.report.findings.coverage_report import INDEPENDENT, PROVED, CellResult, CoverageReport, State, percent
 from cortex_dsl.report.findings.readable import duration
-from cortex_dsl.report.terminal.gate_view import Command
+from cortex_dsl.report.terminal.gate_view import Command, GateProgress
 from engine.display import counted
 
 STYLES = {
@@ -35,8 +37,9 @@ def coverage_view(report: CoverageReport, require: float | None = None) -> Group
         if count:
             lines.append(Text.assemble((f"{state:<{WORD}}", STYLES[state]), f"{count:>8,}"))
     failing = [cell for cell in report.cells if cell.failures]
-    failing.sort(key=lambda cell: (-cell.low, -cell.failures))
-    lines += _section(f"failures ({report.failure}), the highest lower end first", failing, report)
+    failing.sort(key=lambda cell: (-(cell.low or 0.0), -cell.failures))
+    order = "the highest lower end first" if report.method == INDEPENDENT else "the most first"
+    lines += _section(f"failures ({report.failure}), {order}", failing, report)
     for state in (State.RARE, State.BLOCKED, State.UNTRIED, State.EXCLUDED, State.IMPOSSIBLE):
         lines += _section(state.value, [cell for cell in report.cells if cell.state is state], report)
     lines.append(Text())
@@ -59,7 +62,7 @@ def _section(title: str, cells: Sequence[CellResult], report: CoverageReport) ->
     for cell in cells[:LISTED]:
         line = Text.assemble((visible(report.name_of(cell)), "bar"), ": ", visible(report.reason(cell)))
         yield Padding(line, (0, 0, 0, 2), expand=False)
-        if cell.worst is not None:
+        if cell.worst is not None and cell.worst.replay:
             yield Command(cell.worst.replay, 4)
     if len(cells) > LISTED:
         yield Padding(Text(f"and {counted(len(cells) - LISTED, 'cell')} more: --json, --out", "quiet"), (0, 0, 0, 2))
@@ -68,10 +71,15 @@ def _section(title: str, cells: Sequence[CellResult], report: CoverageReport) ->
 def _notes(report: CoverageReport) -> Iterator[str]:
     """Yield remarks on all numbers."""
     yield report.multiplicity
+    if report.method != INDEPENDENT and not report.files:
+        yield "--out DIR writes the scenes as files, with the commands that repeat them"
     if report.valueless:
         yield f"{counted(report.valueless, 'run')} without a number for some domain: in no cell"
     if report.timed:
         yield f"the number of runs depends on the machine: --budget {report.budget}"
+    if report.verdicts is not None:
+        found = ", ".join(f"{count:,} {name}" for name, count in report.verdicts.items())
+        yield f"runs by the operational design domain: {found}"
     yield from report.remarks
 
 
@@ -81,3 +89,23 @@ def _end(report: CoverageReport, require: float | None) -> Text:
     if require is not None:
         parts.append(f"required: {percent(require)}")
     return Text(", ".join(parts), "bad" if require is not None and report.share < require else "good")
+
+
+@dataclass
+class CoverageProgress(GateProgress):
+    """The parts of the current work that are done, and the time left for it."""
+
+    work: str = "runs"
+    """Work that is done."""
+
+    def on_step(self, work: str, done: int, count: int) -> None:
+        """Take the finished parts of the current work."""
+        if work != self.work:
+            self.work, self.started = work, time.monotonic()
+        self.current = (done, count)
+
+    def _line(self) -> Text:
+        done, count = self.current
+        share, seconds = done / max(1, count), time.monotonic() - self.started
+        left = f", {duration(seconds / share * (1.0 - share))} left" if share > 0.0 else ""
+        return Text(f"{self.work}: {done:,} of {count:,}{left}", "quiet")

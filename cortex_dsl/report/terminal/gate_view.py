@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from threading import Event, Thread
 from types import TracebackType
+from typing import Self
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -100,6 +101,8 @@ class GateProgress:
 
     console: Console
     files: int
+    noun: str = "file"
+    """Name of what is counted."""
     interval: float = INTERVAL
     done: int = 0
     """Files that are done."""
@@ -112,7 +115,7 @@ class GateProgress:
     _ended: Event = field(default_factory=Event)
     _silent: Event = field(default_factory=Event)
 
-    def __enter__(self) -> "GateProgress":
+    def __enter__(self) -> Self:
         if self.console.is_terminal:
             self._start()
         else:
@@ -132,16 +135,19 @@ class GateProgress:
 
     @contextmanager
     def paused(self) -> Generator[None]:
-        """Take the line away while the block writes to the terminal."""
+        """Take the line away while the block writes to the terminal; its time does not count in the estimate."""
+        begun = time.monotonic()
         if self._live is None:
             self._silent.set()
             yield
             self._silent.clear()
+            self.started += time.monotonic() - begun
             return
         self._live.stop()
         try:
             yield
         finally:
+            self.started += time.monotonic() - begun
             self._start()
 
     def on_runs(self, runs: int, budget: int) -> None:
@@ -165,5 +171,5 @@ class GateProgress:
         seconds = time.monotonic() - self.started
         left = f", {duration(seconds / share * (1.0 - share))} left" if share > 0.0 else ""
         return Text(
-            f"{self.done:,} of {counted(self.files, 'file')}, {counted(self.runs + runs, 'run')}{left}", "quiet"
+            f"{self.done:,} of {counted(self.files, self.noun)}, {counted(self.runs + runs, 'run')}{left}", "quiet"
         )

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -127,7 +128,7 @@ def _block(block: Block, width: int, depth: int, ascii_only: bool) -> Iterator[R
             yield from _pictures(panels, rows, width, ascii_only)
         case Code(text, label, apart):
             yield from [Text()] if apart else []
-            yield Text.assemble((f"{label}: " if label else "", "quiet"), text, overflow="fold")
+            yield WholeLine(Text.assemble((f"{label}: " if label else "", "quiet"), text))
 
 
 def _title(block: Title, width: int, depth: int, ascii_only: bool) -> Iterator[RenderableType]:
@@ -137,7 +138,23 @@ def _title(block: Title, width: int, depth: int, ascii_only: bool) -> Iterator[R
     head = heading(block.text) + Text("  ") + note if note.plain else heading(block.text)
     yield from [Text()] if depth else []
     yield head
-    yield from [indented(Group(*contents))] if depth else contents
+    yield from (_indented(part) for part in contents) if depth else contents
+
+
+@dataclass(frozen=True)
+class WholeLine:
+    """A line that is never broken, so that it can be copied; a frame around it would cut it off."""
+
+    text: Text
+    indent: int = 0
+
+    def __rich__(self) -> Text:
+        return Text(" " * self.indent, no_wrap=True, overflow="ignore").append_text(self.text)
+
+
+def _indented(part: RenderableType) -> RenderableType:
+    """Return a part of a view, indented once."""
+    return replace(part, indent=part.indent + MARGIN) if isinstance(part, WholeLine) else indented(part)
 
 
 def _table(block: Table, width: int, ascii_only: bool) -> Columns:

@@ -66,7 +66,7 @@ from engine.search.insight.diversity import Grid as Cells
 from engine.search.insight.sensitivity import Sensitivity, Share
 from engine.search.probability.estimates import JOINT, PARAMS, Probability
 from engine.search.statistics import Interval
-from engine.verdicts import Judged
+from engine.verdicts import JudgedCollision
 from engine.vocabulary import Answer
 
 SHOWN = 12
@@ -179,7 +179,7 @@ def drivers_table(avoided: Avoided) -> Table:
     return Table(columns, rows, name="drivers")
 
 
-def counterfactual_blocks(ranks: Sequence[int], judged: Sequence[Judged | None]) -> Iterator[Block]:
+def counterfactual_blocks(ranks: Sequence[int], judged: Sequence[JudgedCollision | None]) -> Iterator[Block]:
     """Yield a table of the counterfactuals of cases; nothing without a collision that the ego caused."""
     rows = [
         (Value(str(rank), "quiet"), drivers_text(each), *counterfactual_cells(each.counterfactuals))
@@ -195,7 +195,7 @@ def counterfactual_blocks(ranks: Sequence[int], judged: Sequence[Judged | None])
         yield Note(EXPLAINED, "quiet")
 
 
-def case_verdict_table(judged: Judged) -> Table:
+def case_verdict_table(judged: JudgedCollision) -> Table:
     """Return the answers of the reference drivers to one case, and its counterfactuals."""
     rows = [(name, Value(*ANSWERS[answer])) for name, answer in judged.answers.items() if answer is not Answer.STRUCK]
     if judged.counterfactuals is not None:

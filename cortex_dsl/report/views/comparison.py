@@ -104,7 +104,7 @@ def _conditions(file: FileComparison) -> Table:
         ((name, "\n", difference, f" ({interval}), p ", p, " ", verdict), *cells)
         for (name, *cells), (difference, interval, p, verdict) in zip(rows, tests, strict=True)
     ]
-    narrow = Table((Column("condition", wrap=True), *counts), below)
+    narrow = Table((Column("condition\nB less A (95 %)", wrap=True), *counts), below)
     wide = [(*row, *test) for row, test in zip(rows, tests, strict=True)]
     return Table((Column("condition"), *counts, *columns), wide, name="conditions", narrow=narrow)
 
@@ -182,7 +182,7 @@ def _change(found: FoundChange, *, whole: bool) -> Iterator[Block]:
     for each in example.b.numbers:
         numbers[each.name] = (numbers.get(each.name, ("", ""))[0], each.text.removeprefix(each.name).strip())
     rows += [(name, a or ABSENT, b or ABSENT) for name, (a, b) in numbers.items()]
-    yield Table((Column(), Column(wrap=True), Column(wrap=True)), rows, header=False, name="sides")
+    yield Table((Column(wrap=True),) * 3, rows, header=False, name="sides")
     if whole and found.drawings:
         yield Picture([Panel(drawing, (side,)) for side, drawing in zip("AB", found.drawings, strict=True)], rows=12)
     replays = dict.fromkeys(run.replay for run in (example.a, example.b) if run.replay)
@@ -201,4 +201,6 @@ def _searched(searched: Searched, shown: int, *, whole: bool) -> Title:
             words = f"{TITLES[change]}: {counted(searched.count(change), 'scene')} of {counted(len(found), 'kind')}"
             blocks.append(Note(Value(words, STYLES[change]), apart=True))
             blocks += _changes(found, shown, whole=whole)
+    if searched.changes and not any(each.cases or each.example.a.replay for each in searched.changes):
+        blocks.append(Note("--out DIR keeps these scenes as files, which `cortexc compare A B FILE` repeats", "quiet"))
     return Title("Found by the search", blocks or [Note("no scene in which both differ")], note)

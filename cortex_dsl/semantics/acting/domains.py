@@ -1,4 +1,4 @@
-"""`domain`: cells of a value at the start, at the ego's first contact or at the end of a run, for coverage.
+"""`domain`: cells of a value at the start, at first sight, at contact or at the end of a run, for coverage.
 
 A domain changes no scene and no run. Compiled for coverage, its value becomes an objective, a reading at the instant;
 or chosen cells become requirements on the scene, so that intervals can prove that no scene lies in them.
@@ -33,7 +33,14 @@ from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Reducer, RuleKind, Sense
 
-REDUCERS = {"start": Reducer.INITIAL, "contact": Reducer.CONTACT, "end": Reducer.FINAL}
+SIGHT = "first sight"
+"""Instant at which the ego first sees another actor; its value is read from the states over time."""
+REDUCERS = {
+    "start": Reducer.INITIAL,
+    SIGHT: Reducer.FINAL,
+    "contact": Reducer.CONTACT,
+    "end": Reducer.FINAL,
+}
 """Reading of each instant."""
 OBJECTIVE = "domain "
 """Beginning of the name of the objective that a domain becomes, which is followed by its number."""
@@ -50,8 +57,8 @@ def domain(ev: Evaluator, node: nodes.Domain) -> None:
         return
     if not node.name.isprintable() or not node.name.strip():
         raise NOT_ONE_LINE.mistake(node.span, what="a domain", name=ascii(node.name)[1:-1])
-    if node.when == "contact" and len(ev.run.built.actors) < 2:
-        raise NOBODY_ELSE.mistake(node.span, name="at contact")
+    if node.when in ("contact", SIGHT) and len(ev.run.built.actors) < 2:
+        raise NOBODY_ELSE.mistake(node.span, name=f"at {node.when}")
     decisions = ev.run.decisions
     drawn = decisions.draw_count, len(decisions.choices)
     scene = ev.at_moment(Moment(scenario=ev.moment.scenario))
@@ -99,7 +106,7 @@ def _declare(ev: Evaluator, node: nodes.Domain, made: ir.Domain) -> int:
 def _measure(ev: Evaluator, node: nodes.Domain, number: int, value: Term, dimension: ir.Dimension) -> None:
     """Make the value at the instant an objective."""
     run, key = ev.file.run, (node.value.span, RuleKind.WATCH)
-    rule = run.rule(node.value.span, node.name, RuleKind.WATCH)
+    rule = run.rule(node.value.span, f"{OBJECTIVE}{number}", RuleKind.WATCH)
     ev.run.built.rule_conditions[key] = value
     made = ir.Objective(Sense.MAXIMIZE, f"{OBJECTIVE}{number}", ev.facts.line(node.span), dimension)
     run.objectives.setdefault(node.span, (node, made))
@@ -141,12 +148,12 @@ class _Cells:
         else:
             cells = self._checked([_cell(low, high, unit, scale) for low, high, _ in ends])
             cells = [_spelled(cell, item) for cell, item in zip(cells, items, strict=True)]
-        return number.expr, dimension, self._domain(cells, unit, scale, si_word(dimension))
+        return number.expr, dimension, self._domain(cells, unit, scale)
 
-    def _domain(self, cells: Sequence[ir.Cell], unit: str, scale: float, si: str) -> ir.Domain:
+    def _domain(self, cells: Sequence[ir.Cell], unit: str, scale: float) -> ir.Domain:
         facts, node = self.ev.facts, self.node
         text = facts.source.words(node.value.span)
-        return ir.Domain(node.name, node.when, facts.line(node.span), text, unit, scale, si, tuple(cells))
+        return ir.Domain(node.name, node.when, facts.line(node.span), text, unit, scale, tuple(cells))
 
     def _items(self) -> tuple[Value, ...]:
         """Return the items of the list.
@@ -181,7 +188,7 @@ class _Cells:
             twice = next(word for word in words if words.count(word) > 1)
             raise CELLS_OVERLAP.mistake(self.node.cells.span, one=twice, other=twice)
         cells = [ir.Cell(float(number), float(number), True, word, word) for number, word in enumerate(words)]
-        return result, PURE, self._domain(cells, "", 1.0, "")
+        return result, PURE, self._domain(cells, "", 1.0)
 
     def _steps(self, value: Quantity) -> list["_Ends"]:
         """Return (width, width), (low, low) and (high, high) of the steps."""
@@ -273,14 +280,3 @@ def _spelled(cell: ir.Cell, item: Value) -> ir.Cell:
     """Return the cell of a truth with its word."""
     word = "True" if cell.low else "False"
     return replace(cell, text=word, item=word) if isinstance(item, Truth) else cell
-
-
-def condition_text(domain: ir.Domain, cell: ir.Cell) -> str:
-    """Return the condition in the language that the value of a domain lies in a cell."""
-    value = f"({domain.text})"
-    if cell.item:
-        return f"{value} == {cell.item}"
-    low, high = (f"{end!r} {domain.si}".rstrip() for end in (cell.low, cell.high))
-    if cell.low == cell.high:
-        return f"{value} == {low}"
-    return f"{value} >= {low} and {value} {'<=' if cell.closed else '<'} {high}"

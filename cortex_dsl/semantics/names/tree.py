@@ -1,6 +1,8 @@
 """Facts of the syntax tree alone: parts, bound names, moments of a condition, params of the system under test."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from functools import cache
 from pathlib import PurePath
 from typing import TypeGuard
 from weakref import finalize
@@ -17,12 +19,24 @@ from cortex_dsl.syntax import nodes
 def parts(node: nodes.Node) -> list[nodes.Node]:
     """The nodes directly inside a node, in the order of the text."""
     found: list[nodes.Node] = []
-    for value in vars(node).values():
+    own = vars(node)
+    for name in _fields_with_nodes(node.__class__):
+        value = own[name]
         if isinstance(value, nodes.Node):
             found.append(value)
         elif isinstance(value, tuple) and value:
             found.extend(_nodes_among(value))
     return found
+
+
+_LEAVES = (Span, Span | None, str, str | None, tuple[str, ...], bool, bool | None, float)
+"""Types of fields that hold no nodes."""
+
+
+@cache
+def _fields_with_nodes(kind: type[nodes.Node]) -> tuple[str, ...]:
+    """Return the names of the fields of a class that may hold nodes."""
+    return tuple(each.name for each in fields(kind) if each.type not in _LEAVES)  # type: ignore[arg-type]
 
 
 def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:

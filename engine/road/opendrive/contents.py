@@ -111,6 +111,7 @@ def _pieces(network: Network) -> Iterator[tuple[str, tuple[Sequence[Any], int]]]
     yield "surface_paths", ([each.line for each in network.surfaces], 5)
     yield "left", ([left for left, _ in bounds], 2)
     yield "right", ([right for _, right in bounds], 2)
+    yield "heights", ([network.heights], 6)
     for name in DRAWN:
         yield name, (() if network.drawn is None else getattr(network.drawn, name), 2)
 
@@ -146,6 +147,7 @@ def unpacked(contents: Contents, spec: MapFile) -> Network:
         _intersection(network, index, *row) for index, row in enumerate(text["intersections"])
     )
     network.links = _links(text)
+    network.heights = contents.arrays["heights"]
     network.signs = tuple(RoadSign(*map(_tuple_of, row)) for row in text["signs"])
     between = zip(*(_parts(contents, f"kerbs_{name}") for name, _ in SHAPED), strict=True)
     network.between_kerbs = next((Shape(*parts) for parts in between), None)

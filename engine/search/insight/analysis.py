@@ -27,7 +27,7 @@ from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases
 from engine.search.statistics import spread_evenly
 from engine.tables import Bools, Floats, Ints
-from engine.verdicts import Judged, answers_and_margins, judge
+from engine.verdicts import JudgedCollision, answers_and_margins, judge
 from engine.vocabulary import Answer, Blame, GeneKind, Side
 
 MOST_REPLAYS = 500
@@ -102,7 +102,7 @@ class Analysis:
     worst: tuple[Case, ...]
     avoidability: tuple[Avoidability | None, ...]
     """Avoidability of each worst case by the careful driver; None for a case without a collision."""
-    judged: tuple[Judged | None, ...]
+    judged: tuple[JudgedCollision | None, ...]
     """Answers of all reference drivers for each worst case, and its counterfactuals; None without a collision."""
     avoided: Avoided
     system: tuple[str, ...]
@@ -177,7 +177,7 @@ def driven_again(
 
 def judged_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
-) -> tuple[Judged | None, ...]:
+) -> tuple[JudgedCollision | None, ...]:
     """Return the answers of the reference drivers of the config to the worst rollout of each row; None as in
     `driven_again`.
     """

@@ -201,5 +201,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
     )
 }
 """The methods of cortexc by name, in the order of lists."""
+ELSEWHERE = {"tway": "cortexc coverage FILE --method tway"}
+"""Names of methods that are no searchers, with the command that has them."""
 REMOVED = {"annealing": "ga", "sa": "ga"}
 """Names of methods that were removed, with the method that takes their place."""

@@ -106,6 +106,22 @@ def test_planted_blocked_and_untried_cells(planted: Callable[..., Path], cortexc
     assert set(slow.values()) == {"blocked"}
 
 
+def test_the_instant_of_first_sight(planted: Callable[..., Path], cortexc: Run) -> None:
+    """A truck beyond the view of the ego is first seen when it comes into it; one within it is seen at the start."""
+    seen = 'domain "seen" SPEED * simulation().currentTime / (10 m/s) at first  sight in [(0, 0.001), (0.001, 100)]'
+    path = planted(GAP, seen, time=2.0)
+    path.write_text(path.read_text().replace("with speed SPEED,", "with speed SPEED, with visibleDistance 25 m,"))
+    found = {
+        cell["name"]: cell["state"] for cell in cortexc("coverage", path, "--budget", 200, "--json").document["cells"]
+    }
+    assert found["gap 20 to 30 m, seen 0 to 0.001"] == "covered"
+    assert found["gap 30 to 40 m, seen 0.001 to 100"] == "covered"
+    assert found["gap 30 to 40 m, seen 0 to 0.001"] in ("untried", "excluded")
+    path.write_text(path.read_text().replace("visibleDistance 25 m", "visibleDistance 1 m"))
+    never = cortexc("coverage", path, "--ways", 1, "--budget", 50, "--json").document["cells"]
+    assert {cell["state"] for cell in never if cell["name"].startswith("seen")} == {"blocked"}
+
+
 def test_a_covered_cell_has_its_interval_and_its_worst_run(planted: Callable[..., Path], cortexc: Run) -> None:
     """The interval is that of Clopper and Pearson, and the command of the worst run repeats it."""
     path = planted(SPEED, 'expect always (minimum distance from ego to truck) > 8 m as "room"', time=2.0)
@@ -192,25 +208,122 @@ def test_the_view_fits(width: int, planted: Callable[..., Path], cortexc: Run, m
         assert word in found.out
 
 
+RARE = [5.3 + 0.3 * i for i in range(20)]
+"""Lower ends of cells [m/s] with a share of 0.7e-4 of SPEED; half of all values of SPEED and GAP make a scene."""
+WIDTH = 0.0007
+NARROW = f'domain "narrow" ego.speed in [{", ".join(f"({a:.4f} m/s, {a + WIDTH:.4f} m/s)" for a in RARE)}]'
+
+
+def test_eighty_planted_cells(planted: Callable[..., Path], cortexc: Run) -> None:
+    """20 impossible, 20 excluded, 20 blocked and 20 rare cells: all have their state, no other cell has such a one."""
+    path = planted(SPEED, NARROW, IMPACT)
+    found = cortexc("coverage", path, "--ways", 1, "--budget", 100, "--rare", 1000, "--json").document
+    got = [(cell["domains"], cell["state"]) for cell in found["cells"]]
+    expected = [([0], state) for state in STATES] + [([1], "rare")] * 20 + [([2], "blocked")] * 20
+    assert got == expected
+    for cell, low in zip(found["cells"][len(STATES) :], RARE, strict=False):
+        share = 0.1 * WIDTH / 0.5 * (1.0 if low < 8.0 else 0.5)
+        assert cell["interval"][0] <= share <= cell["interval"][1]
+        assert low <= cell["params"]["SPEED"]["value"] <= low + WIDTH + 1e-9
+
+
 def test_planted_rare_cells(planted: Callable[..., Path], cortexc: Run, tmp_path: Path) -> None:
-    """Cells of probability 1e-4 that independent runs miss are reached by the search, with their probability."""
-    cells = ", ".join(f"({a} m/s, {a + 0.0007:.4f} m/s)" for a in (6, 7, 9, 11))
+    """Cells that independent runs miss are reached by the search, and are kept as files."""
+    cells = ", ".join(f"({a} m/s, {a + WIDTH:.4f} m/s)" for a in (6, 7, 9, 11))
     path = planted(f'domain "narrow" ego.speed in [{cells}]')
     missed = cortexc("coverage", path, "--budget", 100, "--json").document
     assert set(states(missed).values()) == {"untried"}
-    found = cortexc("coverage", path, "--budget", 100, "--rare", 1000, "--json").document
-    assert set(states(found).values()) == {"rare"}
-    for cell in found["cells"]:
-        low, high = (float(end) for end in cell["name"].removeprefix("narrow ").removesuffix(" m/s").split(" to "))
-        assert low - 1e-3 <= cell["params"]["SPEED"]["value"] <= high + 1e-3
-        assert (cell["probability"] is None) == ("no probability: " in cell["reason"])
-        if cell["probability"] is not None:
-            assert 1e-5 < cell["probability"] < 1e-3
-            assert cell["interval"][0] <= cell["probability"] <= cell["interval"][1]
-    assert found["share"] == 1.0
     cases = tmp_path / "cases"
-    cortexc("coverage", path, "--budget", 100, "--rare", 1000, "--out", cases)
+    found = cortexc("coverage", path, "--budget", 100, "--rare", 1000, "--out", cases, "--json").document
+    assert set(states(found).values()) == {"rare"}
+    assert found["share"] == 1.0
     assert sorted(each.name for each in cases.glob("*.scn")) == [f"rare-{number}.scn" for number in range(1, 5)]
     kept = cortexc("coverage", cases / "rare-2.scn", "--json").document
     assert [cell["state"] for cell in kept["cells"]].index("covered") == 1
-    assert cortexc("coverage", path, "--rare", 3).code == Exit.USAGE
+
+
+def test_rare_cells_in_imported_files(planted: Callable[..., Path], cortexc: Run, tmp_path: Path) -> None:
+    """A domain of an imported file means what it means there, also if the file that imports it has names of its own."""
+    domain = f'domain "near" BASE - top in [(0 m/s, {WIDTH} m/s)]'
+    (tmp_path / "speeds.scn").write_text(f"top = 9 m/s\nparam BASE = Range(5, 15) m/s\n{domain}\n")
+    path = planted("from speeds import BASE", "top = 40 m/s")
+    found = cortexc("coverage", path, "--budget", 100, "--rare", 1000, "--json", "--out", tmp_path / "out").document
+    (cell,) = found["cells"]
+    assert cell["state"] == "rare"
+    assert 9.0 <= cell["params"]["BASE"]["value"] <= 9.0 + WIDTH + 1e-9
+    kept = cortexc("coverage", tmp_path / "out" / "rare-1.scn", "--json").document
+    assert states(kept) == {cell["name"]: "covered"}
+
+
+@pytest.mark.parametrize("method", ["independent", "tway"])
+def test_nothing_is_written_before_the_options_are_checked(
+    method: str, planted: Callable[..., Path], cortexc: Run, tmp_path: Path
+) -> None:
+    found = cortexc("coverage", planted(SPEED), "--rare", 3, "--method", method, "--out", tmp_path / "new")
+    assert found.code == Exit.USAGE
+    assert "give at least 1,000 runs" in found.err
+    assert not (tmp_path / "new").exists()
+
+
+# -- covering arrays ---------------------------------------------------------------------------------------------------
+
+SLOTS = 'domain "slot" ego.speed in 1 m/s steps from 5 m/s to 12 m/s'
+KINDS = 'domain "kind" KIND in ["calm", "quick", "odd"]'
+KIND = 'param KIND = Uniform("calm", "quick", "odd")'
+SHIFT = "param SHIFT = Range(0, 1)"
+SHIFTS = 'domain "shift" SHIFT in [(0, 0.001), (0.001, 0.5), (0.5, 1)]'
+
+
+@pytest.mark.parametrize("ways", [2, 3])
+def test_a_covering_array_covers_each_possible_combination(
+    ways: int, planted: Callable[..., Path], cortexc: Run
+) -> None:
+    """Each combination of cells at the start that is not proved empty is covered, by few scenes."""
+    path = planted(KIND, SHIFT, SLOTS, GAP, KINDS, SHIFTS)
+    one, two = (
+        cortexc("coverage", path, "--method", "tway", "--ways", ways, "--json", "--jobs", jobs).document
+        for jobs in (1, 2)
+    )
+    assert {**one, "seconds": 0.0} == {**two, "seconds": 0.0}
+    counts = {state: count for state, count in one["counts"].items() if count}
+    assert set(counts) == {"covered", "excluded"}
+    assert one["share"] == 1.0
+    pairs = 7 * 2 - 4  # `apart` excludes the larger gaps of four of the slots
+    assert one["draws"] <= (7 * 3 * 1.2 if ways == 2 else 7 * 3 * 3 * 1.2)
+    assert sum(cell["domains"] == [0, 1] and cell["state"] == "covered" for cell in one["cells"]) in (0, pairs)
+    for cell in one["cells"]:
+        assert cell.get("interval") is None
+        assert cell.get("probability_at_most") is None
+
+
+def test_the_scenes_of_a_covering_array_are_kept(planted: Callable[..., Path], cortexc: Run, tmp_path: Path) -> None:
+    """As files, one for each run, which lie in the cells of their row; the worst run of a cell is one of them."""
+    path, out = planted(SHIFT, SLOTS, GAP, SHIFTS, IMPACT, time=4.0), tmp_path / "out"
+    found = cortexc("coverage", path, "--method", "tway", "--out", out, "--json").document
+    files = sorted(out.glob("tway-*.scn"))
+    assert len(files) == found["draws"]
+    worst = next(cell for cell in found["cells"] if cell["state"] == "covered" and cell["failures"])
+    words = shlex.split(worst["worst"]["replay"])
+    assert Path(words[1]) in files
+    kept = cortexc("coverage", words[1], "--json").document
+    assert states(kept)[worst["name"]] == "covered"
+    assert cortexc(*words[1:], "--json").document["collided"]
+
+
+def test_a_covering_array_stops_at_its_budget(planted: Callable[..., Path], cortexc: Run) -> None:
+    found = cortexc("coverage", planted(SLOTS, GAP), "--method", "tway", "--budget", 3, "--json").document
+    assert found["draws"] == 3
+    assert found["counts"]["covered"] == 3
+    assert found["counts"]["untried"]
+
+
+def test_a_covering_array_needs_scenes_that_can_be_chosen(
+    planted: Callable[..., Path], cortexc: Run, tmp_path: Path
+) -> None:
+    late = cortexc("coverage", planted(IMPACT), "--method", "tway")
+    assert late.code == Exit.USAGE
+    assert "needs a domain at the start" in late.err
+    cortexc("coverage", planted(SLOTS), "--method", "tway", "--budget", 1, "--out", tmp_path / "out")
+    kept = cortexc("coverage", tmp_path / "out" / "tway-1.scn", "--method", "tway")
+    assert kept.code == Exit.USAGE
+    assert "one scene only" in kept.err

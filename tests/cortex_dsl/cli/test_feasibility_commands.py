@@ -181,13 +181,16 @@ def test_a_target_needs_a_sample(cortexc: Command, left_turn: Path) -> None:
     assert "--target has no effect" in result.said
 
 
-def test_pruned_sample(cortexc: Command, left_turn: Path) -> None:
+def test_pruned_sample(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
     """Fewer attempts, other verdicts for what cannot be, nothing else."""
     plain, pruned = (cortexc(left_turn, "--sample", "2000", "--json", *flag).document for flag in ((), ("--prune",)))
     assert pruned["attempts"] < 0.3 * plain["attempts"]
     assert pruned["verdicts"]["valid"] == pytest.approx(plain["verdicts"]["valid"], rel=0.1)
     assert pruned["verdicts"]["infeasible"] > 0
     assert (plain["pruned"], pruned["pruned"]) == (False, True)
+    easy = tmp_path / "easy.scn"
+    easy.write_text("param V = Range(5, 9) m/s\nego = new Car on road, with speed V\nrequire V < 8 m/s\n")
+    assert not cortexc(easy, "--sample", "100", "--json", "--prune").document["pruned"]  # it would not pay
 
 
 def test_pruned_search(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:

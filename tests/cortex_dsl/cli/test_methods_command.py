@@ -38,7 +38,7 @@ def test_search_is_the_sum_of_its_parts(cortexc: Command, left_turn: Path, tmp_p
     one = cortexc(left_turn, "--search", "-p", "EGO_BRAKE=1", *SHORT, "--out", tmp_path / "a")
     other = cortexc(left_turn, *words, "-p", "EGO_BRAKE=1", *SHORT, "--out", tmp_path / "b")
     assert one.code == other.code == 0
-    assert "held: EGO_BRAKE=1, SAFETY_DIST=10.0, CRASH_DIST=2.5" in one.said
+    assert "held: EGO_BRAKE=1, SAFETY_DIST=10 m, CRASH_DIST=2.5 m; `-p` sets others" in one.said
     tables = [(tmp_path / name / "evaluations.csv").read_bytes() for name in "ab"]
     assert tables[0] == tables[1]
 

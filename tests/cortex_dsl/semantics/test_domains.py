@@ -36,6 +36,7 @@ LINES = (
     'domain "drawn" gap in [(0, 10), (10, 20)]',
     'domain "heading" relative heading of other in 30 deg steps from -90 deg to 90 deg',
     'domain "bare" V / (1 km/h) in 10 steps from 0 to 60',
+    'domain "seen" distance from ego to other at first sight in [(0 m, 10 m), (10 m, 40 m)]',
 )
 
 
