@@ -94,7 +94,7 @@ def test_every_field_of_a_network_is_packed(cache: Path) -> None:
     full.remarks, full.levels, full.speed_limits = ("mended",), ("road 1 passes above road 2",), {0: 10.0}
     full.unread = "not read: object (1, line 1)"
     full.signs = (RoadSign("9", "50", "de", "274", "50", 50.0, "road1", 1.0, 2.0, (0,)),)
-    full.between_kerbs = full.regions.shape(0)
+    full.between_kerbs, full.heights = full.regions.shape(0), np.ones((1, 6))
     line, shape = full.paths.primitives(0), full.regions.shape(1)
     full.surfaces = (Surface(full, 0, SurfaceKind.CROSSING, "crossing", line, shape, 4.0, "road1", ends=(None, 1)),)
     whole = to_bytes(packed(full, maker.NEAR, maker.ALIKE), "key")
