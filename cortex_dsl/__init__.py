@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cortex_dsl.api.runs import open_run, search
     from cortex_dsl.api.scenario import Scenario, compile_text, load
     from cortex_dsl.api.studies import study
+    from cortex_dsl.api.suites import run_suite
     from cortex_dsl.api.testing import run_tests
     from cortex_dsl.diagnostics import CompileError
     from cortex_dsl.interchange.exchange import export, measure, measure_all
@@ -48,6 +49,7 @@ __all__ = [
     "probability",
     "prove",
     "resume",
+    "run_suite",
     "run_tests",
     "search",
     "study",
@@ -69,6 +71,7 @@ _HOMES = {
     "probability": "engine.search.probability.functions",
     "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.resuming",
+    "run_suite": "cortex_dsl.api.suites",
     "run_tests": "cortex_dsl.api.testing",
     "search": "cortex_dsl.api.runs",
     "study": "cortex_dsl.api.studies",

@@ -131,7 +131,10 @@ class Wait(Act):
 
 @frozen
 class Follow(Act):
-    """Follow a path until its end, `offset` [m] to its left. `progress` is a local of its own."""
+    """Follow a path until its end, `offset` [m] to the left of it, or of the curve to the offset `aside` [m].
+
+    `progress` is a local of its own.
+    """
 
     path: Expr
     target_speed: Expr
@@ -139,6 +142,7 @@ class Follow(Act):
     """Literal infinity switches speed planning off."""
     progress: int
     offset: Expr | None = None
+    aside: Expr | None = None
 
 
 @frozen

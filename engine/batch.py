@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
-from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
+from engine.host import empty_results, heights_of, in_parts, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Window, simulate_rows
 from engine.kernels.run_state import Status
@@ -72,4 +72,5 @@ def trajectory(
         outlines=outlines(program, rows.values[row]),
         contact_sample=samples - 1 if touched else -1,
         watched=run.watched[:samples].copy(),
+        heights=heights_of(shared.road, run.states[:samples]),
     )

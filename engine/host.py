@@ -29,6 +29,7 @@ from engine.kernels.impacts.motion import (
 )
 from engine.kernels.jit import need
 from engine.kernels.judging import append_contact_sample, step_on
+from engine.kernels.levels import LEVELS, trace_heights
 from engine.kernels.rollout import judge_temporal
 from engine.kernels.rows import Requested, Results, Window, note_gaps, note_objectives
 from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
@@ -147,6 +148,8 @@ def deferred_kernels(
         yield from (append_contact_sample, step_on, note_objectives)
     if measures & Measure.GAPS:
         yield note_gaps
+    if len(program.road.heights):
+        yield from LEVELS
     if pause:
         yield from (continue_run, leave_run, note_commands)
 
@@ -232,6 +235,7 @@ def memory(program: Program, samples: int, measures: int = STORED) -> Run:
         sweep_spans=np.zeros((actors, 2)),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
         command_columns=np.zeros(actors, dtype=np.int32),
+        heights=np.zeros((samples + 1 if len(program.road.heights) else 0, 2 * actors)),
         slot_registers=np.zeros((0, 0)),
         slot_actors=np.zeros((0, 0, 0)),
         slot_end=np.zeros((0, 0)),
@@ -358,6 +362,15 @@ def pair_arrays(metrics: Floats) -> dict[str, NDArray[Any]]:
 def outlines(program: Program, values: Floats) -> Floats:
     """Return (actors, 2) length and width of each actor of one scene [m]; `values` is its row of scene values."""
     return np.ascontiguousarray(actor_columns(program, values)[:, [Column.LENGTH, Column.WIDTH]])
+
+
+def heights_of(road: RoadTables, states: Floats) -> Floats | None:
+    """Return (samples, actors) heights of the road [m] at the actors of a record; None on a road without bridges."""
+    if not len(road.heights):
+        return None
+    heights = np.zeros(states.shape[:2])
+    trace_heights(road, states, len(states), heights)
+    return heights
 
 
 def plain(road: RoadTables) -> RoadTables:

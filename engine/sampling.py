@@ -9,8 +9,9 @@ built-in ones. If the file requests fair starts, an attempt that passes all of t
 (`engine.fairness`), and attempts continue if that fails. An attempt ends at its first failure, so `attempts` is the sum
 of all failures, plus one if valid.
 
-With `config.prune` attempts that surely fail are skipped (`engine.feasibility.pruning` describes how, and why the
-distribution of accepted scenes is unchanged). They count against `max_attempts`, but in no other count.
+With `config.prune`, where `FREE_ATTEMPTS` attempts gave no scene, attempts that surely fail are skipped from then on
+(`engine.feasibility.pruning` describes how, and why the distribution of accepted scenes is unchanged). They count
+against `max_attempts`, but in no other count.
 
 Genomes come from stream keys, too: from the genes' own distributions (plain runs), or uniform over the search's box.
 """
@@ -33,9 +34,9 @@ from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, 
 from engine.opcodes import Op
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes, groups_of
-from engine.streams import check_keys, key_rows
+from engine.streams import check_keys
 from engine.tables import PLAIN, CodeTables, Floats, Ints, RoadTables, Size
-from engine.vocabulary import Distribution, GeneKind, Method, Purpose
+from engine.vocabulary import Distribution, GeneKind, Purpose, Verdict
 
 if TYPE_CHECKING:
     from engine.feasibility.pruning import Pruner
@@ -116,16 +117,12 @@ CHUNK_ATTEMPTS = 500_000
 """Attempts per uninterruptible call: 50 ms, so that Ctrl-C takes effect at once."""
 NUMBERS = 25_000_000
 """Maximum number of scene values in memory, 200 MB; ten thousand scenes of a hundred actors have as many."""
-PRUNED_ROWS = 2048
-"""Scenes whose bounds are computed together under `prune`."""
-MANY_ATTEMPTS = 300
-"""Attempts for a scene from which on bounds pay: those of a genome cost as much as 140 attempts where 2,000 genomes are
-bounded together, and as 660 where 100 are (`left_turn`, see `benchmarks.prune`).
+BOUNDED_ROWS = 256, 2048
+"""Least and largest number of scenes whose bounds are computed together under `prune`."""
+FREE_ATTEMPTS = 300
+"""Attempts at a scene before its draws are confined: bounds of a genome cost as much as 140 attempts where 2,000
+genomes are bounded together, and as 660 where 100 are (`left_turn`, see `benchmarks.prune`).
 """
-MEASURED = 64
-"""Scenes whose attempts are counted."""
-MEASURING_RUN = 0xFFFD
-"""Number of the run in the stream keys of these scenes: no search, estimate or design has it."""
 
 ANYWHERE = Confinement(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0)), np.zeros(0, np.int32))
 """No pruning."""
@@ -139,12 +136,8 @@ def sample(
     keys: Ints,
     config: SimulationConfig = DEFAULTS,
     jobs: int = 1,
-    prune: "Pruner | None" = None,
 ) -> Scenes:
-    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6), and return them all.
-
-    `prune` is the program's pruner, for repeated calls; without it one is made if the config requests pruning.
-    """
+    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6), and return them all."""
     recipe, limit = recipe_of(program), attempt_limit(program)
     if not 1 <= config.max_attempts <= limit:
         raise ArgumentError(
@@ -152,37 +145,19 @@ def sample(
         )
     request = request_of(program, genomes, keys, config.max_attempts)
     ledger = _empty_ledger(program, recipe.layout, len(keys))
-    if config.prune and prune is None:
-        prune = pruner_that_pays(program)
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
-    confiner = _Confiner(prune, genomes) if config.prune and prune and prune.pays else None
-    _run_chunks(recipe, request, ledger, jobs, confiner)
+    confiner = None
+    if config.prune:
+        from engine.feasibility.pruning import pruner
+
+        confiner = _Confiner(pruner(program), genomes)
+    _draw(recipe, request, ledger, jobs, confiner)
     if program.settings.fair:
         from engine.fairness import draw_until_fair
 
         draw_on = partial(_draw_on, recipe, request, ledger, jobs, confiner)
         draw_until_fair(program, config, request.keys, ledger, draw_on, jobs)
     return Scenes(genomes=genomes, keys=request.keys, actions=np.zeros((len(keys), 0, 0)), **ledger._asdict())
-
-
-def pruner_that_pays(program: Program) -> "Pruner":
-    """Return a pruner that prunes if scenes of the program need many attempts.
-
-    The choice is a function of the program alone: the same one is made for each genome, number of threads and machine.
-    """
-    from engine.feasibility.pruning import Pruner, pruner
-
-    return pruner(program) if attempts_for_a_scene(program) >= MANY_ATTEMPTS else Pruner(program, (), pays=False)
-
-
-def attempts_for_a_scene(program: Program) -> float:
-    """Return the mean number of attempts at a scene without pruning, failed scenes included, of `MEASURED` genomes that
-    are drawn from the file's distributions.
-    """
-    keys = key_rows(0, Method.SAMPLE, MEASURING_RUN, 0, range(MEASURED))
-    limit = min(DEFAULTS.max_attempts, attempt_limit(program))
-    scenes = sample(program, draw_genomes(program.space, keys), keys, SimulationConfig(max_attempts=limit))
-    return float(scenes.attempts.mean())
 
 
 def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int) -> Request:
@@ -192,7 +167,8 @@ def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int)
     check_keys(keys)
     check_genomes(program.space, genomes, len(keys))
     begun = np.zeros(len(keys), dtype=np.int64)
-    return Request(genomes * program.space.scale, groups_of(program, genomes), keys, max_attempts, ANYWHERE, begun)
+    groups = groups_of(program, genomes)
+    return Request(genomes * program.space.scale, groups, keys, max_attempts, FREE_ATTEMPTS, ANYWHERE, begun)
 
 
 @dataclass(frozen=True)
@@ -329,11 +305,38 @@ def _empty_ledger(program: Program, layout: Layout, rows: int) -> Ledger:
     )
 
 
+def _draw(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None) -> None:
+    """Sample all rows; with a confiner, those that `FREE_ATTEMPTS` attempts give no scene go on in their bounds."""
+    free, rows = min(request.free, request.max_attempts), np.arange(len(request.keys))
+    if confiner is None:
+        _run_chunks(recipe, request, ledger, jobs, None)
+        return
+    begin = rows[request.begun < free]
+    _draw_rows(recipe, request._replace(max_attempts=free), ledger, jobs, None, begin)
+    goes_on = (request.begun >= free) | (ledger.verdict == Verdict.EXHAUSTED)
+    if request.max_attempts > free:
+        begun = np.maximum(request.begun, free)
+        _draw_rows(recipe, request._replace(begun=begun), ledger, jobs, confiner, rows[goes_on])
+
+
+def _draw_rows(
+    recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None, rows: Ints
+) -> None:
+    """Make further attempts at the scenes of some rows."""
+    if not len(rows):
+        return
+    found = ledger._make(array[rows] for array in ledger)
+    confined = confiner and _Confiner(confiner.prune, confiner.genomes[rows])
+    _run_chunks(recipe, _request_of(request, rows), found, jobs, confined)
+    for target, new in zip(ledger, found, strict=True):
+        target[rows] = new
+
+
 def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None) -> None:
     """Sample all rows, in chunks; the kernel releases the GIL, so threads run in parallel."""
     rows, jobs = len(request.keys), max(1, jobs)
-    most = PRUNED_ROWS if confiner else CHUNK_ATTEMPTS // request.max_attempts
-    size = max(1, min(most, rows if jobs == 1 else -(-rows // (4 * jobs))))
+    least, most = BOUNDED_ROWS if confiner else (1, CHUNK_ATTEMPTS // request.max_attempts)
+    size = max(least, min(most, rows if jobs == 1 else -(-rows // (4 * jobs))))
     chunks = list(pairwise([*range(0, rows, size), rows]))
 
     def run(chunk: tuple[int, int]) -> None:
@@ -370,7 +373,7 @@ def _draw_on(
     found = ledger._make(array[rows] for array in ledger)
     found.variant[:] = -1
     rows_request = _request_of(request, rows)._replace(begun=found.attempts.copy())
-    _run_chunks(recipe, rows_request, found, jobs, confiner and _Confiner(confiner.prune, confiner.genomes[rows]))
+    _draw(recipe, rows_request, found, jobs, confiner and _Confiner(confiner.prune, confiner.genomes[rows]))
     for target, new in zip(ledger, found, strict=True):
         target[rows] = new
 

@@ -74,6 +74,8 @@ class Trajectory:
     """(scored samples, rules) Values of the rules of kind WATCH at each sample (`engine.metrics` names them); other
     columns are undefined. Empty if a program watches nothing.
     """
+    heights: Floats | None = None
+    """(samples, actors) Heights of the road at the actors [m]; None on a road without bridges."""
 
     def __repr__(self) -> str:
         """Return one line, for notebooks."""

@@ -69,12 +69,26 @@ class RoadTables(NamedTuple):
     """(cells, 3): x, y of a point of the cell that is on no edge, and 1 if it is in the road, else 0."""
     cell_frame: Floats = np.zeros(0)
     """(5,): least x and least y of all cells, side of a cell [m], columns, rows. There is no road outside the cells."""
+    heights: Floats = np.zeros((0, 6))
+    """(n, 6): x, y, height [m], slope along x and y, lane of points along the centres of all lanes, cell by cell. Only
+    a road that passes over another one has heights.
+    """
+    height_start: Ints = np.zeros(1, dtype=np.int32)
+    """(cells + 1,): offsets into `heights`; row by row from the south, each from west to east."""
+    height_frame: Floats = np.zeros(0)
+    """(5,), as `cell_frame`, for the cells of `heights`."""
+
+
+LEVELS = frozenset({"heights", "height_start", "height_frame"})
+"""Fields of `RoadTables` that only a road with several levels has."""
 
 
 def kept_road(arrays: Mapping[str, np.ndarray]) -> RoadTables:
     """Return tables from stored arrays; without their index if that is another version's."""
     index = {} if ROAD_INDEX - arrays.keys() else {name: arrays[name] for name in ROAD_INDEX}
-    return RoadTables(**{name: arrays[name] for name in RoadTables._fields if name not in ROAD_INDEX}, **index)
+    levels = {} if LEVELS - arrays.keys() else {name: arrays[name] for name in LEVELS}
+    rest = {name: arrays[name] for name in RoadTables._fields if name not in ROAD_INDEX | LEVELS}
+    return RoadTables(**rest, **index, **levels)
 
 
 def no_road() -> RoadTables:
@@ -88,6 +102,7 @@ def no_road() -> RoadTables:
         "buildings": 5,
         "cell_edges": 4,
         "cell_points": 3,
+        "heights": 6,
     }
     whole = ("lane_path", "lane_route")
 

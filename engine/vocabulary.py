@@ -344,7 +344,7 @@ class State(IntEnum):
 class Command(IntEnum):
     """Command of an action. A pedal, and an offset to the left of the followed path, last one step; a steering angle
     and a gear stay until the next command. If pedals stay, too, `STOP` brakes for one step. `BACK` with `FOR_ONE_STEP`
-    engages the reverse gear for one step.
+    engages the reverse gear for one step. `ASIDE`: an offset that the follower approaches along a smooth curve.
     """
 
     THROTTLE = 0
@@ -355,8 +355,11 @@ class Command(IntEnum):
     OFFSET = 5
     STOP = 6
     BACK = 7
+    ASIDE = 8
 
 
+LEVEL = 2.5
+"""Least difference of height between two actors on different levels [m]: the headroom of a car."""
 SAME_WAY = 0.5
 """Cosine of the angle between two headings from which actors count as going the same way, or opposite ways."""
 FOR_ONE_STEP = 2.0

@@ -8,7 +8,8 @@ import pytest
 from cortex_dsl import compile_text
 from engine import batch, world
 from engine.tables import SLIDING, Floats
-from engine.vocabulary import State
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, State
 
 LANE_WIDTH = 3.5
 CAR_LENGTH = 4.508
@@ -448,3 +449,62 @@ def test_driving_avoiding_collisions_stops_behind_who_stands() -> None:
     apart = np.hypot(*(run[-1, 1, :2] - run[-1, 0, :2]))
     assert run[-1, 0, State.SPEED] == pytest.approx(0.0, abs=0.01)
     assert 8.0 < apart < 10.0
+
+
+# -- offsets from the path ---------------------------------------------------------------------------------------------
+
+ABREAST = """
+map road(lanes=1, length=300 m, lane_width=4.5 m)
+ego = new Bicycle at network.lanes[0].centerline[0] offset along roadDirection by (1.7 m, {ahead} m),
+    with speed 5 m/s, with behavior {driver}(5 m/s, offset=-1.7 m)
+truck = new Truck at network.lanes[0].centerline[0] offset along roadDirection by (0 m, 20 m),
+    with speed 5 m/s, with behavior CarFollowingBehavior(6 m/s, offset=0.6 m)
+terminate after 10 s
+"""
+
+
+@pytest.mark.parametrize("driver", ["FollowLaneBehavior", "CarFollowingBehavior", "DriveAvoidingCollisions"])
+@pytest.mark.parametrize("ahead", [14, 20, 26])
+def test_a_cyclist_keeps_to_its_side_beside_a_truck(driver: str, ahead: int) -> None:
+    """For 10 s the cyclist stays within 5 cm of its line, and neither waits for the other in the same lane."""
+    _, run = states(ABREAST.format(driver=driver, ahead=ahead))
+    assert len(run) == 201 or driver == "DriveAvoidingCollisions"
+    aside = run[:, 0, State.Y] - run[0, 0, State.Y]
+    assert np.abs(aside).max() <= 0.05
+    if driver != "DriveAvoidingCollisions":
+        assert run[-1, 0, State.SPEED] == pytest.approx(5.0, abs=0.6)
+        assert run[-1, 1, State.SPEED] > 5.3
+
+
+FOLLOWERS = {
+    "FollowTrajectoryBehavior": "10 m/s, [lane]",
+    "FollowLaneBehavior": "10 m/s",
+    "CarFollowingBehavior": "10 m/s",
+    "GivingWayBehavior": "10 m/s",
+    "AutopilotBehavior": "10 m/s",
+    "LaneChangeBehavior": "lane",
+    "LaneChoosingBehavior": "10 m/s",
+    "DriveAvoidingCollisions": "10 m/s",
+}
+
+
+@pytest.mark.parametrize("name", FOLLOWERS)
+@pytest.mark.parametrize("offset", [-0.7, 0.4])
+def test_every_follower_keeps_its_offset(name: str, offset: float) -> None:
+    """From the middle of the lane the rear axle of each comes to its offset and stays there; both hosts agree."""
+    text = f"""
+map road(lanes=1, length=300 m)
+lane = network.lanes[0]
+behavior Drive():
+    do {name}({FOLLOWERS[name]}, offset={offset} m)
+    do FollowLaneBehavior(10 m/s, offset={offset} m)
+ego = new Car at lane.centerline[0] offset along roadDirection by (0 m, 20 m), with speed 10 m/s, with behavior Drive()
+terminate after 10 s
+"""
+    _, run = states(text)
+    heading = run[:, 0, State.HEADING]
+    rear = run[:, 0, State.Y] - MODELS[ActorKind.CAR].rear_to_center * np.sin(heading)
+    side = (rear - rear[0]) * math.copysign(1.0, offset * math.cos(heading[0]))
+    assert side.min() >= -0.05
+    assert side.max() <= abs(offset) + 0.05
+    assert np.abs(side[-60:] - abs(offset)).max() <= 0.05

@@ -124,14 +124,15 @@ class Plan(Protocol):
     def jobs(self) -> int: ...
 
 
+JobT = TypeVar("JobT")
 ResultT = TypeVar("ResultT")
 Judge = Callable[..., ResultT]
-"""Function of a file, the plan, the seconds of the file, `OnRuns` and `Prepare`."""
+"""Function of a file or another job, the plan, the seconds of the job, `OnRuns` and `Prepare`."""
 
 
 def results_of_files(
     judge: Judge[ResultT],
-    files: Sequence[ScenarioFile],
+    files: Sequence[JobT],
     plan: Plan,
     started: float,
     on_runs: OnRuns | None,
@@ -156,9 +157,7 @@ def _with_jobs(plan: Any, jobs: int) -> Any:
     return replace(plan, jobs=jobs)
 
 
-def _apart(
-    judge: Judge[ResultT], files: Sequence[ScenarioFile], plan: Plan, workers: int, share: float
-) -> Iterator[ResultT]:
+def _apart(judge: Judge[ResultT], files: Sequence[JobT], plan: Plan, workers: int, share: float) -> Iterator[ResultT]:
     """Yield the results of files that processes of their own run.
 
     Raises:

@@ -137,6 +137,13 @@ def _test() -> Command:
     return TEST
 
 
+@_subcommand("suite", "rating and regulation tests: Euro NCAP, UN R152 …", "NAME")
+def _suite() -> Command:
+    from cortex_dsl.cli.suite import SUITE
+
+    return SUITE
+
+
 @_subcommand("coverage", "cells of the domains: covered, impossible, untried …", "FILE", first_page=False)
 def _coverage() -> Command:
     from cortex_dsl.cli.coverage import COVERAGE
@@ -151,7 +158,7 @@ def _compare() -> Command:
     return COMPARE
 
 
-@_subcommand("study", "many runs of several methods, compared run by run", "[FILES]")
+@_subcommand("study", "many runs of several methods, compared run by run", "[FILES]", first_page=False)
 def _study() -> Command:
     from cortex_dsl.cli.study import STUDY
 

@@ -221,16 +221,15 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
 
 def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scenes]:
     """All scenes, some at a time; of those that are driven, whole blocks."""
-    from engine.sampling import draw_genomes, pruner_that_pays, rows_at_once, sample
+    from engine.sampling import draw_genomes, rows_at_once, sample
     from engine.streams import key_rows
 
     program, config, driver = scenario.program, scenario.config.simulation, scenario.config.driver
-    prune = pruner_that_pays(program) if config.prune else None
     chunk = rows_at_once(program, CHUNK) if driver is None else driver.block * max(1, DRIVEN // driver.block)
     for first in range(0, samples, chunk):
         indices = np.arange(first, min(first + chunk, samples))
         keys = key_rows(run.seed or 0, Method.SAMPLE, 0, 0, indices)
-        yield sample(program, draw_genomes(program.space, keys), keys, config, run.jobs, prune)
+        yield sample(program, draw_genomes(program.space, keys), keys, config, run.jobs)
 
 
 def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | None") -> dict[str, object]:

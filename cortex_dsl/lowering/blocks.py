@@ -134,6 +134,8 @@ class BehaviourWriter:
         self.buffer.emit(Op.MOVE, progress, self.expressions.constants.add(-1.0))
         self.buffer.place(again)
         writer = self.expressions.branch()
+        if act.aside is not None:  # before the target speed, which may depend on the actor ahead at that offset
+            self.buffer.emit(Op.COMMAND, None, int(Command.ASIDE), writer.register(act.aside))
         path, speed, lateral = (writer.register(e) for e in (act.path, act.target_speed, act.max_lateral))
         if act.offset is not None:
             self.buffer.emit(Op.COMMAND, None, int(Command.OFFSET), writer.register(act.offset))

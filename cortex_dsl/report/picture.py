@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cortex_dsl.report.findings.case_replay import outline_corners
 from engine.extras import needed
-from engine.road.outline import Outline
+from engine.road.outline import DECK_EDGE, DECK_SHADOW, Outline
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -59,6 +59,9 @@ class Painter:
                 draw.line(_pixels(line, center), fill=colour, width=2)
         for line in road.stop_lines:
             draw.line(_pixels(line, center), fill=LINE, width=4)
+        for excess, colour in ((DECK_SHADOW, BUILDING), (DECK_EDGE, KERB), (0.0, ROAD)):
+            for line, width in road.decks:
+                draw.line(_pixels(line, center), fill=colour, width=round((width + excess) * SCALE), joint="curve")
         for ring in road.buildings:
             draw.polygon(_pixels(ring, center), fill=BUILDING)
 

@@ -89,7 +89,11 @@ class Printer:
                 yield "take " + ", ".join(f"{c.name.lower()} {self.text(value)}" for c, value in commands)
             case ir.Follow():
                 speed, lateral = self.text(act.target_speed), self.text(act.max_lateral)
-                yield f"follow path {self.text(act.path)} at {speed}, lateral {lateral}, progress local{act.progress}"
+                beside = "" if act.aside is None else f", aside {self.text(act.aside)}"
+                yield (
+                    f"follow path {self.text(act.path)} at {speed}, lateral {lateral}, progress local{act.progress}"
+                    f"{beside}"
+                )
             case ir.HoldSpeed(target_speed=speed):
                 yield f"hold speed {self.text(speed)}"
             case ir.Replay(track=track, pace=pace, clock=clock):

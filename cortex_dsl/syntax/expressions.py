@@ -398,6 +398,11 @@ class ExpressionBuilder:
         place, offset, viewer = parts
         return nodes.Beyond(self.expression(place), self.expression(offset), self.optional(viewer), span=span)
 
+    def meeting(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
+        other, place, time, way = parts
+        met, where, when = (self.expression(each) for each in (other, place, time))
+        return nodes.Meeting(met, where, when, self.optional(way), span=span)
+
     def in_sight(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
         return nodes.InSight(self.optional(parts[1]), not _words(parts[0]).startswith("not"), span=span)
 
@@ -449,7 +454,7 @@ _SPECIFIERS: dict[str, Callable[[ExpressionBuilder, Sequence[Child], Span], node
     method.__name__: method
     for method in (
         _B.at, _B.in_region, _B.offset_by_specifier, _B.offset_along_specifier, _B.beside, _B.following, _B.before,
-        _B.after, _B.beyond, _B.in_sight, _B.contained_in, _B.apparently_facing,
+        _B.after, _B.beyond, _B.meeting, _B.in_sight, _B.contained_in, _B.apparently_facing,
         _B.facing, _B.facing_toward, _B.facing_away, _B.with_,
     )
 }  # fmt: skip

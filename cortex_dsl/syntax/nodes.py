@@ -388,6 +388,16 @@ class Beyond(Specifier):
 
 
 @frozen
+class Meeting(Specifier):
+    """`meeting x at p after t [by d]`: the place from which it reaches x at time t, after a way of d."""
+
+    other: Expression
+    place: Expression
+    time: Expression
+    way: Expression | None
+
+
+@frozen
 class InSight(Specifier):
     """`visible [from x]`, `not visible [from x]`."""
 

@@ -325,6 +325,9 @@ def write_specifier(node: nodes.Specifier) -> str:
         case nodes.Beyond():
             offset = _operand(node.offset) if node.viewer is None else _measured(node.offset)
             return f"beyond {_operand(node.place)} by {offset}" + _tail("from", node.viewer)
+        case nodes.Meeting():
+            other, place, time = map(_operand, (node.other, node.place, node.time))
+            return f"meeting {other} at {place} after {time}{_tail('by', node.way)}"
         case nodes.InSight():
             return ("visible" if node.seen else "not visible") + _tail("from", node.viewer)
         case nodes.ContainedIn():

@@ -24,7 +24,7 @@ TEMPORAL_PREFIXES = frozenset({"always", "eventually", "next"})
 TEMPORAL = TEMPORAL_PREFIXES | {"until", "implies"}
 SPECIFIER_WORDS = frozenset({
     "at", "in", "on", "with", "offset", "ahead", "behind", "left", "right", "following", "facing", "before",
-    "after", "beyond", "visible", "contained", "apparently",
+    "after", "beyond", "meeting", "visible", "contained", "apparently",
 })  # fmt: skip
 
 # -- Keywords ----------------------------------------------------------------------------------------------------------
@@ -149,6 +149,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("before", "before intersection by DISTANCE", "Stands on its way a distance before the intersection."),
         ("after", "after intersection by DISTANCE", "Stands on its way a distance beyond the intersection."),
         ("beyond", "beyond PLACE by DISTANCE from VIEWER", "Stands behind a place, as its viewer sees it."),
+        ("meeting", "meeting OBJECT at PLACE after TIME", "Stands where it reaches a place of another at a time."),
         ("visible", "visible from VIEWER", "Stands anywhere in view."),
         ("not visible", "not visible from VIEWER", "Stands anywhere out of view."),
         ("contained in", "contained in REGION", "Stands anywhere in a region, all of its outline inside."),

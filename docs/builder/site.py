@@ -35,6 +35,7 @@ REFERENCE = (
     "reference/python.md",
     "reference/metrics.md",
     "reference/drivers.md",
+    "reference/suites.md",
     "reference/scenic.md",
     "reference/changelog.md",
 )

@@ -9,8 +9,8 @@ makes the attempt inside. Verdict, variant and draws of each genome have the sam
 any limit on attempts. Only a genome with m = 0 changes its verdict, from exhausted to infeasible. Genes are never
 changed.
 
-Where scenes need few attempts, all this costs more than it saves: such a program is not pruned
-(`engine.sampling.pruner_that_pays`).
+Bounds cost more than a few attempts: only genomes that some attempts gave no scene are bounded
+(`engine.sampling.FREE_ATTEMPTS`). As attempts are independent, those made before change no law.
 """
 
 from collections.abc import Iterator, Sequence
@@ -31,6 +31,8 @@ SLICES = 128
 """Number of slices. More slices discard fewer boxes but take longer: half a slice is lost at either end of a window."""
 BLOCK = 1 << 12
 """Boxes that are narrowed together."""
+KEPT = 8
+"""Number of programs whose slices are kept."""
 MANY = 32
 """Number of genomes of one variant from which on they are narrowed separately."""
 
@@ -58,8 +60,6 @@ class Pruner:
     program: Program
     sliced: tuple[Sliced, ...]
     """() if the program is too large for an analysis; then nothing is pruned."""
-    pays: bool = True
-    """False if scenes of the program need so few attempts that bounds would cost more; then nothing is pruned."""
 
     def bounds(self, genomes: Floats, groups: Ints) -> Bounds:
         """Return the bounds for genomes (n, d; file units) whose discrete genes select these groups (n,)."""
@@ -68,8 +68,15 @@ class Pruner:
 
 
 def pruner(program: Program) -> Pruner:
-    """Slice a program once for all its genomes."""
-    return Pruner(program, slices_of(program, WORK_LIMIT, SLICES) or ())
+    """Return a program sliced for all its genomes; the last `KEPT` programs are kept."""
+    if program.digest not in _prepared:
+        while len(_prepared) >= KEPT:
+            _prepared.pop(next(iter(_prepared)), None)
+        _prepared[program.digest] = Pruner(program, slices_of(program, WORK_LIMIT, SLICES) or ())
+    return _prepared[program.digest]
+
+
+_prepared: dict[str, Pruner] = {}
 
 
 def infeasible(program: Program, genomes: Floats) -> tuple[np.ndarray, Ints]:

@@ -17,7 +17,6 @@ from engine.errors import InterchangeError, cited
 from engine.host import pair_arrays
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
-from engine.interchange.road_levels import LEVEL
 from engine.interchange.tables.facing import decides, undecided
 from engine.interchange.tables.heights import height_between, height_ranges, level_remarks
 from engine.interchange.tables.read import absences, actor_of, mixed_rates, usual_step
@@ -38,7 +37,7 @@ from engine.kernels.pair import PLACES, ROWS
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.risk import PROFILES, assess
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import State, Verdict
+from engine.vocabulary import LEVEL, State, Verdict
 
 NEAREST = PLACES.index(ROWS.index("min_distance"))
 NEAR = 50.0

@@ -6,12 +6,14 @@ in position and heading, as in the contact search of simulated runs.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.errors import InterchangeError
+from engine.interchange.road_levels import road_heights
 from engine.maps import MapSpec
 from engine.outcomes import Outcomes
 from engine.program import Program
@@ -151,6 +153,11 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @cached_property
+    def heights(self) -> Floats | None:
+        """Return (samples, actors) heights of the road at all actors [m]; None on a road without bridges."""
+        return road_heights(self.road, self.states)
 
     @property
     def there(self) -> NDArray[np.bool_]:

@@ -1,11 +1,24 @@
-"""Roads of a recording that pass over one another."""
+"""Roads of a recording that pass over one another, and the heights of its actors."""
+
+import numpy as np
 
 from engine.errors import InterchangeError
-from engine.maps import digest_of
+from engine.maps import MapFile, MapSpec, digest_of
 from engine.opendrive.roads import OdrNetwork
+from engine.tables import Floats
 
-LEVEL = 2.5
-"""Least difference of height between two actors on different levels at one place [m]: the headroom of a car."""
+
+def road_heights(road: MapSpec | None, states: Floats) -> Floats | None:
+    """Return (samples, actors) heights of the road at all actors of a record [m]; None on a road without bridges."""
+    if not isinstance(road, MapFile):
+        return None
+    from engine.host import heights_of, plain
+    from engine.road import build_network, road_tables
+
+    try:
+        return heights_of(plain(road_tables(build_network(road))), np.ascontiguousarray(states))
+    except InterchangeError:
+        return None
 
 
 def level_notes(road: OdrNetwork) -> tuple[str, ...]:

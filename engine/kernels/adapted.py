@@ -295,7 +295,7 @@ def _approach(plan: Plan, run: Run, again: Replayed, other: int, limits: Approac
                 copy_row(own[k + 1], states[k + 1, 0])
         if not again.recorded:
             advance(plan, run, k + 1, scored and not departed)
-        if touches(states, k, outlines):
+        if touches(run, k, outlines):
             return True
     return False
 

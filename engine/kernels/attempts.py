@@ -56,14 +56,14 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
     confined = len(request.confinement.mass) > 0
     start = int(code.group_start[request.group[row]])
     if confined and request.confinement.mass[row] == 0.0:
-        _rule_out(row, request.confinement.culprit[row], out)
+        _rule_out(row, request.confinement.culprit[row], int(request.begun[row]), out)
         return
     stream = open_stream(request.keys[row], Purpose.SCENE, ATTEMPT_CHANNEL)
     begun = int(request.begun[row])
     choice, first_draw = uniform_pair(stream, np.uint64(begun * blocks))
     made, left = 0, float(request.max_attempts)
     for attempt in range(request.max_attempts):
-        if confined:
+        if confined and attempt >= request.free:
             left -= _jump(request.confinement.mass[row], request.keys[row], attempt)
         if left <= 0.0:
             break
@@ -90,10 +90,10 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
 
 
 @kernel
-def _rule_out(row: int, culprit: int, out: Ledger) -> None:
-    """Record a single attempt: the same requirement would fail in all."""
+def _rule_out(row: int, culprit: int, begun: int, out: Ledger) -> None:
+    """Record a single attempt after those that were made: the same requirement would fail in all."""
     out.verdict[row] = Verdict.INFEASIBLE
-    out.attempts[row] = 1
+    out.attempts[row] = begun + 1
     out.tested[row, culprit] += 1
     out.failed[row, culprit] += 1
 
@@ -200,7 +200,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
         out.failed[row, layout.reasons] += 1
         return False
     out.tested[row, layout.reasons + 1] += 1
-    if overlap(recipe.road.buildings, code.overlap_check, values):
+    if overlap(recipe.road, code.overlap_check, values):
         out.failed[row, layout.reasons + 1] += 1
         return False
     out.verdict[row] = Verdict.VALID
@@ -294,4 +294,4 @@ def _evaluate_scene(recipe: Recipe, template: int, row: int, registers: Floats, 
         return
     reasons = recipe.layout.reasons
     out.holds[row, reasons] = 1 if inside_road(recipe.road, code.road_check, values) else 0
-    out.holds[row, reasons + 1] = 0 if overlap(recipe.road.buildings, code.overlap_check, values) else 1
+    out.holds[row, reasons + 1] = 0 if overlap(recipe.road, code.overlap_check, values) else 1

@@ -48,6 +48,7 @@ from engine.kernels.run_state import (
     Run,
     Status,
     column_of,
+    on_one_level,
     vehicle_of,
 )
 from engine.tables import Floats, Ints
@@ -399,7 +400,7 @@ def brake_from(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driv
             advance(plan, run, k + 1, not scored)
         if k + 1 < contact:
             at, way_then = k + 1, way
-        if touches(states, k, outlines):
+        if touches(run, k, outlines):
             return Braked(True, at, way_then, speed)
     return Braked(False, at, way_then, speed)
 
@@ -445,11 +446,12 @@ def put(states: Floats, sample: int, pose: Box, speed: float) -> None:
 
 
 @inlined
-def touches(states: Floats, k: int, outlines: Floats) -> bool:
+def touches(run: Run, k: int, outlines: Floats) -> bool:
     """Return True if the ego touches any actor in the step after sample k."""
-    touched = False
+    states, touched = run.states, False
     for other in range(1, states.shape[1]):
-        if states[k, other, State.PRESENT] != 0.0 and states[k + 1, other, State.PRESENT] != 0.0:
+        present = states[k, other, State.PRESENT] != 0.0 and states[k + 1, other, State.PRESENT] != 0.0
+        if present and on_one_level(run, 0, other):
             ego, ego_after = outline_at(states, k, 0, outlines), outline_at(states, k + 1, 0, outlines)
             them, after = outline_at(states, k, other, outlines), outline_at(states, k + 1, other, outlines)
             touched = touched or first_contact(ego, ego_after, them, after) >= 0.0

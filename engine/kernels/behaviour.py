@@ -31,7 +31,17 @@ from engine.kernels.senses import (
     see,
     see_within,
 )
-from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
+from engine.kernels.steering import (
+    LEAST_ROOM,
+    Curve,
+    begin_curve,
+    curve_at,
+    pedals_towards,
+    planned_speed,
+    steer_along,
+    steer_beside,
+    turn_along,
+)
 from engine.opcodes import Fused, Op
 from engine.tables import ROAD_REGION, Floats, Ints
 from engine.vocabulary import ActorKind, Column, Command, State
@@ -53,6 +63,7 @@ COMMANDED = tuple(
         Memory.OFFSET,
         Memory.STOP,
         Memory.REVERSE,
+        Memory.ASIDE,
     )
 )
 """Column of `Memory` that each `Command` sets."""
@@ -245,7 +256,8 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     x, y = run.actors[actor, Memory.REAR_X], run.actors[actor, Memory.REAR_Y]
     heading, speed = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.SPEED]
     guess = run.registers[progress]
-    if not guess >= 0.0:
+    begins = not guess >= 0.0
+    if begins:
         guess = path_project(plan.road, path, x, y)
     point = path_project_near(plan.road, path, x, y, guess)
     run.registers[progress] = point.s
@@ -254,17 +266,50 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
         run.actors[actor, Memory.ROUTE_DONE] = 1.0
         return True
     run.actors[actor, Memory.ROUTE_DONE] = 0.0
-    point = PathPoint(point.s, point.offset - run.actors[actor, Memory.OFFSET], point.heading, point.curvature)
+    aside, offset, direction = run.actors[actor, Memory.ASIDE], run.actors[actor, Memory.OFFSET], point.heading
+    curve = Curve(0.0, 0.0, 0.0, 1.0, 0.0)
+    if not math.isnan(aside):
+        curve = _curve(run, actor, progress, begins, point, heading, speed, aside)
+        d, slope, _ = curve_at(curve, point.s)
+        offset += d
+        direction += math.atan(slope / max(LEAST_ROOM, 1.0 - point.curvature * d))
+    point = PathPoint(point.s, point.offset - offset, direction, point.curvature)
     if plan.kinds[actor] == ActorKind.PEDESTRIAN:
         run.actors[actor, Memory.STEER] = turn_along(point, heading)
         _hold_speed(plan, run, sample, actor, target_speed)
         return False
     wheelbase = column_of(plan, run, actor, Column.WHEELBASE)
     time_step = plan.layout.time_step * plan.layout.hold
-    run.actors[actor, Memory.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase, time_step)
+    if math.isnan(aside):
+        run.actors[actor, Memory.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase, time_step)
+    else:
+        run.actors[actor, Memory.STEER] = steer_beside(
+            plan.road, path, point, curve, heading, speed, wheelbase, time_step
+        )
     target = planned_speed(plan.road, path, point.s, speed, target_speed, max_lateral)
     _hold_speed(plan, run, sample, actor, target)
     return False
+
+
+@kernel
+def _curve(
+    run: Run, actor: int, progress: int, begins: bool, point: PathPoint, heading: float, speed: float, target: float
+) -> Curve:
+    """Return the curve on which a follower approaches an offset; one that begins, or takes over, begins a curve."""
+    memory = run.actors[actor]
+    if begins or memory[Memory.CURVE_OWNER] != progress + 1.0:
+        curve = begin_curve(point, heading, speed, target)
+        memory[Memory.CURVE_OWNER] = progress + 1.0
+        memory[Memory.CURVE_START], memory[Memory.CURVE_OFFSET] = curve.start, curve.offset
+        memory[Memory.CURVE_SLOPE], memory[Memory.CURVE_LENGTH] = curve.slope, curve.length
+        return curve
+    return Curve(
+        memory[Memory.CURVE_START],
+        memory[Memory.CURVE_OFFSET],
+        memory[Memory.CURVE_SLOPE],
+        memory[Memory.CURVE_LENGTH],
+        target,
+    )
 
 
 @inlined

@@ -23,7 +23,7 @@ from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import visibility_past
 from engine.kernels.path import PathPlace, chain_place, chain_pose, chain_project, chain_speed_limit
-from engine.kernels.run_state import Memory, Plan, Run, column_of, outline_of
+from engine.kernels.run_state import Memory, Plan, Run, column_of, on_one_level, outline_of
 from engine.kernels.sight import SEEN
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import SAME_WAY, ActorKind, Column, State
@@ -126,6 +126,8 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     seen = sample - math.floor(look.latency / plan.layout.time_step + 0.5)
     states = run.states
     if seen < 0 or states[seen, me, State.PRESENT] == 0.0 or states[seen, other, State.PRESENT] == 0.0:
+        return _nothing()
+    if not on_one_level(run, me, other):
         return _nothing()
     mine = _way(plan, run, seen, me, look.path)
     theirs = _way(plan, run, seen, other, -1)

@@ -11,8 +11,9 @@ import math
 from engine.kernels.conflict import Snapshot, time_to_collision
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined
+from engine.kernels.levels import has_levels
 from engine.kernels.pair import ROWS, center_velocity
-from engine.kernels.run_state import Plan, Run, Status, column_of, outline_of
+from engine.kernels.run_state import Plan, Run, Status, column_of, on_one_level, outline_of
 from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, Shades, in_reach, look, may_be_hidden
 from engine.tables import SHADE, Floats
 from engine.vocabulary import Column, State
@@ -46,8 +47,9 @@ def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int, reach: 
 
 @inlined
 def _both_present(run: Run, sample: int, viewer: int, target: int) -> bool:
-    states = run.states
-    return bool(states[sample, viewer, State.PRESENT] != 0.0 and states[sample, target, State.PRESENT] != 0.0)
+    """Return True if two actors are present, on one level."""
+    present = run.states[sample, viewer, State.PRESENT] != 0.0 and run.states[sample, target, State.PRESENT] != 0.0
+    return bool(present and on_one_level(run, viewer, target))
 
 
 @inlined
@@ -72,8 +74,8 @@ def visibility_past(plan: Plan, run: Run, sample: int, view: View, target: Box, 
         if len(plan.road.buildings) == 0 and _is_around(view, target.x, target.y):
             return SEEN  # nearly always on a road: nothing could hide the target
         count = 0
-    elif run.status[Status.SHADED] != sample:
-        _cast_shades(plan, run, sample)
+    elif run.status[Status.SHADED] != sample or has_levels(plan):
+        _cast_shades(plan, run, sample, viewer)
     return look(view, target, Shades(run.shades, 0, count, viewer, looked_at), plan.road.buildings)
 
 
@@ -100,13 +102,15 @@ def _is_around(view: View, x: float, y: float) -> bool:
 
 
 @inlined
-def _cast_shades(plan: Plan, run: Run, sample: int) -> None:
-    """Note the outlines that hide at a sample, once for all looks."""
+def _cast_shades(plan: Plan, run: Run, sample: int, viewer: int) -> None:
+    """Note the outlines that hide at a sample: once for all looks, on a road with levels once for each viewer."""
     for actor in range(len(plan.kinds)):
         box, at = outline_of(plan, run, sample, actor), actor * SHADE
         run.shades[at], run.shades[at + 1], run.shades[at + 2] = box.x, box.y, box.heading
         run.shades[at + 3], run.shades[at + 4] = box.length, box.width
         is_present = run.states[sample, actor, State.PRESENT] != 0.0
+        if viewer >= 0 and not on_one_level(run, viewer, actor):
+            is_present = False
         run.shades[at + 5] = column_of(plan, run, actor, Column.OCCLUDING) if is_present else 0.0
     run.status[Status.SHADED] = sample
 
@@ -164,8 +168,8 @@ def _may_be_hidden(plan: Plan, run: Run, sample: int, viewer: int, target: int) 
     """Return False if an actor is certainly not hidden from another at a recorded sample."""
     if not _both_present(run, sample, viewer, target):
         return False
-    if run.status[Status.SHADED] != sample:
-        _cast_shades(plan, run, sample)
+    if run.status[Status.SHADED] != sample or has_levels(plan):
+        _cast_shades(plan, run, sample, viewer)
     shades = Shades(run.shades, 0, len(plan.kinds), viewer, target)
     box = outline_of(plan, run, sample, target)
     return may_be_hidden(view_of(plan, run, sample, viewer), box, shades, plan.road.buildings)

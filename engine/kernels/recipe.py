@@ -13,10 +13,11 @@ import numpy as np
 from engine.handles import handle
 from engine.kernels.geometry import Box, box_distance, building
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.levels import first_height
 from engine.kernels.random_numbers import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
 from engine.kernels.region import region_contains_box
 from engine.tables import ROAD_REGION, CodeTables, Floats, Ints, RoadTables
-from engine.vocabulary import Column, Purpose
+from engine.vocabulary import LEVEL, Column, Purpose
 
 
 @handle
@@ -76,6 +77,8 @@ class Request(NamedTuple):
     keys: Ints
     """(n, 6) int64 `StreamKey` rows."""
     max_attempts: int
+    free: int
+    """Attempts before those that are confined."""
     confinement: Confinement
     begun: Ints
     """(n,) attempts made before, which are not made again."""
@@ -201,16 +204,26 @@ def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 
 @kernel
-def overlap(buildings: Floats, checked: Ints, values: Floats) -> bool:
-    """Return True if two actors of the same group (0: no group) touch, or an actor of any group touches a building."""
+def overlap(road: RoadTables, checked: Ints, values: Floats) -> bool:
+    """Return True if two actors of the same group (0: no group) touch on one level, or an actor of any group touches a
+    building.
+    """
     for one in range(len(checked)):
-        if checked[one] != 0 and _touches_building(buildings, _outline(values, one)):
+        if checked[one] != 0 and _touches_building(road.buildings, _outline(values, one)):
             return True
         for other in range(one):
             both = checked[one] != 0 and checked[one] == checked[other]
-            if both and box_distance(_outline(values, one), _outline(values, other)) == 0.0:
+            touch = both and box_distance(_outline(values, one), _outline(values, other)) == 0.0
+            if touch and (len(road.heights) == 0 or _are_level(road, _outline(values, one), _outline(values, other))):
                 return True
     return False
+
+
+@kernel
+def _are_level(road: RoadTables, one: Box, other: Box) -> bool:
+    """Return True if two outlines enter the scene on one level."""
+    first = first_height(road, one.x, one.y, one.heading)
+    return abs(first - first_height(road, other.x, other.y, other.heading)) < LEVEL
 
 
 @inlined

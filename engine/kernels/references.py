@@ -470,7 +470,7 @@ def _drives_into(
         place_ego(states, k + 1, path, way, outlines, speed)
         if not again.recorded:
             advance(plan, run, k + 1, not scored)
-        if touches(states, k, outlines):
+        if touches(run, k, outlines):
             return True
     return False
 

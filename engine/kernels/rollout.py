@@ -34,6 +34,7 @@ from engine.kernels.impacts.motion import resolve_other_impacts
 from engine.kernels.impacts.sweep import FirstContact, search_contact
 from engine.kernels.jit import deferred, inlined, shared
 from engine.kernels.judging import append_contact_sample, step_on
+from engine.kernels.levels import enter_level, has_levels, keep_levels
 from engine.kernels.motion import step
 from engine.kernels.run_state import NO_SPEED, REPLACED, RUNNING, Memory, Plan, Run, Status, end_run, place
 from engine.kernels.slots import PAGE, continue_run, is_idle, leave_run, note_commands
@@ -67,6 +68,8 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions
     for actor in range(len(plan.kinds)):
         run.resume[plan.main_blocks[template, actor]] = plan.entries[template, actor]
         place(plan, run, 0, actor, float(plan.present[actor]))
+        if has_levels(plan):
+            enter_level(plan, run, 0, actor)
     for monitor in range(len(plan.monitor_started)):
         if plan.monitor_started[monitor] == Turns.FROM_START or plan.monitor_started[monitor] == Turns.BEFORE_RULES:
             run.resume[plan.monitor_blocks[template, monitor]] = plan.monitors[template, monitor]
@@ -111,6 +114,8 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
             if run.command_pages.shape[3] > 0:
                 note_commands(plan, its, run, page, row, int(its.status[Status.SAMPLE]) - first)
             step(plan, its)
+            if has_levels(plan):
+                keep_levels(plan, its, int(its.status[Status.SAMPLE]) + 1)
             low, high = 0, len(plan.kinds)
             if not scored:
                 low = 1 if its.actors[0, Memory.FREE] == REPLACED else high
@@ -223,6 +228,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
         run.actors[actor, Memory.BRAKE] = 0.0
     run.actors[actor, Memory.SET_SPEED] = NO_SPEED
     run.actors[actor, Memory.OFFSET] = 0.0
+    run.actors[actor, Memory.ASIDE] = math.nan
     run.actors[actor, Memory.TRACK] = 0.0
     run.actors[actor, Memory.STOP] = 0.0
     run.actors[actor, Memory.REVERSE] = 0.0 if run.actors[actor, Memory.REVERSE] != 1.0 else 1.0

@@ -9,6 +9,7 @@ from engine.kernels.encroachment import encroachment
 from engine.kernels.fault import fault_of
 from engine.kernels.jit import deferred, inlined, kernel, shared
 from engine.kernels.judging import judge
+from engine.kernels.levels import has_levels, measure_on_levels, restore_levels
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
@@ -166,6 +167,9 @@ def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) 
     touching = run.status[Status.CONTACT_OTHER]
     ending, time_step = run.end[1], plan.layout.time_step
     samples = run.status[Status.SAMPLE] + (0 if ending > 0.0 else 1)
+    rows = int(run.status[Status.SAMPLE]) + 1
+    if has_levels(plan):
+        measure_on_levels(plan, run, rows)
     for other in range(1, len(plan.kinds)):
         metrics = measure_pair(run.states, samples, time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
@@ -178,6 +182,8 @@ def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) 
         note_sightings(plan, run, samples, ending, outlines, out.pairs[row])
     if plan.layout.measures & Measure.GAPS != 0:
         note_gaps(plan, run, samples, outlines, out.gaps[row])
+    if has_levels(plan):
+        restore_levels(plan, run, rows)
     for actor in range(len(plan.kinds) if plan.layout.measures & Measure.GRIP != 0 else 0):
         if plan.kinds[actor] != ActorKind.PEDESTRIAN and plan.kinds[actor] != ActorKind.OBSTACLE:
             grip = vehicle_of(plan, run, actor).grip

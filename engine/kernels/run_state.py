@@ -16,7 +16,7 @@ from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined
 from engine.kernels.swept import Swept
 from engine.tables import Floats, Ints, RoadTables
-from engine.vocabulary import Column, State
+from engine.vocabulary import LEVEL, Column, State
 
 COLUMNS = len(Column)
 
@@ -162,6 +162,17 @@ class Memory(IntEnum):
     """1 for an actor that overlapped another, except the ego, when the later of the two entered the scene; else 0; -1
     until others first touch.
     """
+    ASIDE = 26
+    """Offset to the left of its path that an actor approaches along a curve [m], in this turn; NaN: none."""
+    CURVE_OWNER = 27
+    """1 + the register of progress of the follower that began the curve; 0: no curve."""
+    CURVE_START = 28
+    """Arc length at which the curve begins [m], offset [m] and slope there, and length of the curve [m]."""
+    CURVE_OFFSET = 29
+    CURVE_SLOPE = 30
+    CURVE_LENGTH = 31
+    HEIGHT = 32
+    """Height of the road at the actor [m] (`kernels.levels`); 0 on a road without bridges."""
 
 
 POST_IMPACT, HOSTED, REPLACED = 1.0, 2.0, 3.0
@@ -261,6 +272,8 @@ class Run(NamedTuple):
     """(actors,): first column of the commands of an actor, or -1 - its first number among `actions`; no entries if
     states are stored in place of commands.
     """
+    heights: Floats
+    """(samples + 1, 2 * actors): working memory for `kernels.levels`; no rows without levels."""
     slot_registers: Floats
     """(slots, ...) of the parallel runs: the arrays that differ between their states; no slots in a single run."""
     slot_actors: Floats
@@ -332,6 +345,12 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
         column_of(plan, run, actor, Column.LENGTH),
         column_of(plan, run, actor, Column.WIDTH),
     )
+
+
+@inlined
+def on_one_level(run: Run, one: int, other: int) -> bool:
+    """Return True if two actors are on one level now."""
+    return abs(run.actors[one, Memory.HEIGHT] - run.actors[other, Memory.HEIGHT]) < LEVEL
 
 
 @inlined

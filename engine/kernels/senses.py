@@ -14,12 +14,23 @@ from engine.kernels.evaluate import has_nan, operand
 from engine.kernels.geometry import Box, View
 from engine.kernels.impacts.motion import spin_of, velocity_of
 from engine.kernels.jit import deferred, inlined, kernel
+from engine.kernels.levels import enter_level, has_levels
 from engine.kernels.noticing import can_see, notices, sees_within, view_of, visibility_past
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.replay import follow_track, move_along_track
-from engine.kernels.run_state import Plan, Run, Status, column_of, current_sample, outline_of, place
+from engine.kernels.run_state import (
+    Memory,
+    Plan,
+    Run,
+    Status,
+    column_of,
+    current_sample,
+    on_one_level,
+    outline_of,
+    place,
+)
 from engine.kernels.sight import SEEN
 from engine.opcodes import Op
 from engine.tables import SLIDING
@@ -39,6 +50,8 @@ def appear(plan: Plan, run: Run, actor: int) -> None:
     """Execute `Op.SPAWN`: place an absent actor at its pose in the scene."""
     if run.states[current_sample(run), actor, State.PRESENT] == 0.0:
         place(plan, run, current_sample(run), actor, 1.0)
+        if has_levels(plan):
+            enter_level(plan, run, current_sample(run), actor)
         run.status[Status.SHADED] = -1
 
 
@@ -125,24 +138,33 @@ class Leader(NamedTuple):
 def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) -> Leader:
     """Return the nearest actor ahead of `me` on a path; infinity and 0 with no actor ahead.
 
-    An actor is on the path if it overlaps the strip that my width sweeps along it, and ahead if its centre's foot point
+    An actor is on the path if it overlaps the strip that my width sweeps along it (if I follow it at an offset: from my
+    place to that offset), and ahead if its centre's foot point
     is beyond mine. An actor that is hidden from me, or beyond `reach`, does not count. The gap is measured along the
     path between the projections of both outlines on its direction at their foot points, and is 0 if these overlap.
     """
     mine = outline_of(plan, run, sample, me)
     start = path_project(plan.road, path, mine.x, mine.y)
-    heading = path_pose(plan.road, path, start).heading
-    front = start + shadow(mine, math.cos(heading), math.sin(heading))
+    place = path_pose(plan.road, path, start)
+    front = start + shadow(mine, math.cos(place.heading), math.sin(place.heading))
+    wanted = run.actors[me, Memory.ASIDE]
+    left, reach_aside = 0.0, 0.5 * mine.width
+    if not math.isnan(wanted):
+        now = (mine.y - place.y) * math.cos(place.heading) - (mine.x - place.x) * math.sin(place.heading)
+        left, reach_aside = 0.5 * (now + wanted), reach_aside + 0.5 * abs(now - wanted)
     gap, speed = math.inf, 0.0
     for other in range(run.states.shape[1]):
         if other == me or run.states[sample, other, State.PRESENT] == 0.0:
             continue
         box = outline_of(plan, run, sample, other)
         foot = path_project(plan.road, path, box.x, box.y)
-        heading = path_pose(plan.road, path, foot).heading
+        there = path_pose(plan.road, path, foot)
+        heading = there.heading
         cos, sin = math.cos(heading), math.sin(heading)
         aside = path_distance(plan.road, path, box.x, box.y)
-        if foot > start and aside < 0.5 * mine.width + shadow(box, -sin, cos):
+        if left != 0.0:
+            aside = abs((box.y - there.y) * cos - (box.x - there.x) * sin - left)
+        if foot > start and aside < reach_aside + shadow(box, -sin, cos):
             between = max(0.0, foot - shadow(box, cos, sin) - front)
             if between < gap and notices(plan, run, sample, me, other, reach):
                 gap, speed = between, run.states[sample, other, State.SPEED] * math.cos(box.heading - heading)
@@ -185,7 +207,7 @@ def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: 
         return least
     for each in range(run.states.shape[1]):
         asked = each != one and (other < 0 or each == other)
-        if asked and run.states[sample, each, State.PRESENT] != 0.0:
+        if asked and run.states[sample, each, State.PRESENT] != 0.0 and on_one_level(run, one, each):
             time = time_to_collision(_pair(plan, run, sample, one, each))
             if time < least and (reach < 0.0 or notices(plan, run, sample, one, each, reach)):
                 least = time

@@ -1,13 +1,14 @@
 """The ego and one other actor in one run, as metrics of a pair need them: states, bodies, instants."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from engine.kernels.conflict import Snapshot, snapshot, time_to_collision
 from engine.kernels.encroachment import OccupancyInterval, stays
+from engine.kernels.levels import hide_levels
 from engine.kernels.swept import Span, swept
 from engine.metrics.bodies import Body, outlines_of
 from engine.outcomes import Outcomes
@@ -16,6 +17,16 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 # -- measured parts of a trajectory ------------------------------------------------------------------------------------
+
+
+def on_levels(trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory in which other actors are absent while they are not on the ego's level."""
+    if trajectory.heights is None:
+        return trajectory
+    states = trajectory.states.copy()
+    heights = np.hstack([trajectory.heights, np.zeros_like(trajectory.heights)])
+    hide_levels(states, len(states), heights)
+    return replace(trajectory, states=states)
 
 
 def scored_samples(trajectory: Trajectory) -> int:

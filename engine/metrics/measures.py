@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from engine.metrics.bodies import Body, usual_body
-from engine.metrics.encounters import Encounter, span_of, time_step
+from engine.metrics.encounters import Encounter, on_levels, span_of, time_step
 from engine.metrics.table import OF_ACTORS, OF_PAIRS
 from engine.outcomes import PAIRS, Outcomes
 from engine.program import Program
@@ -44,7 +44,8 @@ def measure_trajectory(
     """
     known = tuple(bodies) or tuple(usual_body(ActorKind.CAR, *size) for size in trajectory.outlines.tolist())
     actors = range(len(known))
-    pairs = [Encounter(trajectory, outcomes, row, known, other) for other in actors[1:]]
+    seen = on_levels(trajectory)
+    pairs = [Encounter(seen, outcomes, row, known, other) for other in actors[1:]]
     return (
         *(metric for pair in pairs if pair.span[1] > 0 for metric in _of_pair(pair)),
         *(m for actor in actors for m in (*_of_grip(outcomes, row, actor), *_of_actor(trajectory, actor, commands))),

@@ -1,7 +1,7 @@
 """Reader of OpenDRIVE files. Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes).
 
-Heights and superelevation are only used for the note about roads that pass over each other. Of the objects near roads
-(chapter 13) only rectangular buildings are read: they are walls of recordings.
+Heights are used for levels only (`engine.kernels.levels`); slopes and superelevation have no effect. Of the objects
+near roads (chapter 13) only rectangular buildings are read: they are walls of recordings.
 
 Sections with `singleSide="true"` (11.4) apply to one side of the road, up to the next section that applies to that
 side: they are converted to sections of the whole road.
@@ -226,7 +226,7 @@ def _length(node: Node, last: Piece) -> float:
 
 
 def _heights(road: Node) -> tuple[Cubic, ...]:
-    """Return the heights of a road. Its profiles count as read only if they are flat, as slopes have no effect."""
+    """Return the heights of a road. Its profiles count as read only without slopes, which have no effect."""
     rows: tuple[Cubic, ...] = ()
     for name in ("elevationProfile", "lateralProfile", "surface"):
         if (profile := road.find(name)) is None:
@@ -235,7 +235,8 @@ def _heights(road: Node) -> tuple[Cubic, ...]:
             found = _cubics(profile.every("elevation", "superelevation"), "s", 0.0)
         except InterchangeError:
             found = ()
-        if len(found) < len(profile.children) or any(any(row[1:]) for row in found):
+        sloping = 2 if name == "elevationProfile" else 1  # first coefficient of a slope
+        if len(found) < len(profile.children) or any(any(row[sloping:]) for row in found):
             profile.leave_out()
         rows = found if name == "elevationProfile" else rows
     return rows

@@ -51,6 +51,7 @@ def road_tables(network: Network) -> RoadTables:
         core_start=_offsets([len(shape.cores) for shape in shapes]),
         buildings=network.buildings,
         **cells_of(shapes[ROAD_REGION].edges),
+        **levels_of(network.heights),
     )
 
 
@@ -113,6 +114,24 @@ def _cells(content: bytes) -> Mapping[str, Any]:
         "cell_start": start,
         "cell_points": _points(edges, edges[edge], cell, low - side, side, columns, rows),
         "cell_frame": np.array([*(low - side), side, columns, rows]),
+    }
+
+
+def levels_of(heights: Floats) -> dict[str, Any]:
+    """Return the fields of `RoadTables` that hold heights, sorted by cells."""
+    if not len(heights):
+        return {}
+    low, high = heights[:, :2].min(axis=0), heights[:, :2].max(axis=0)
+    wide, deep = (high - low + SIDE).tolist()
+    side = max(SIDE, math.sqrt(wide * deep / MOST_CELLS))
+    place = np.floor((heights[:, :2] - low) / side).astype(np.int64)
+    columns, rows = (int(number) + 1 for number in place.max(axis=0))
+    cell = place[:, 1] * columns + place[:, 0]
+    order = np.argsort(cell, kind="stable")
+    return {
+        "heights": np.ascontiguousarray(heights[order]),
+        "height_start": np.searchsorted(cell[order], np.arange(columns * rows + 1)).astype(np.int32),
+        "height_frame": np.array([*low, side, columns, rows]),
     }
 
 

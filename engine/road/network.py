@@ -4,6 +4,7 @@
 resolves. Elements are equal only if they are identical.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -47,6 +48,10 @@ class RoadSign:
     @property
     def is_traffic_light(self) -> bool:
         return self.type == TRAFFIC_LIGHT
+
+
+FACING = math.sqrt(0.5)
+"""Cosine of the angle between two directions beyond which traffic is oncoming, or from behind: 45 degrees."""
 
 
 class LaneRole(Enum):
@@ -175,6 +180,23 @@ class Maneuver:
     def conflicting_maneuvers(self) -> "tuple[Maneuver, ...]":
         """Return the maneuvers from other lanes whose connecting lane's centre line crosses or joins this one's."""
         return tuple(self.network.maneuvers[i] for i in self.network.links.conflicts[self.id])
+
+    @property
+    def oncoming_maneuvers(self) -> "tuple[Maneuver, ...]":
+        """Return the maneuvers of the intersection that begin against this one's direction, within 45 degrees."""
+        here = self.intersection.maneuvers
+        return tuple(m for m in here if self._faces(m) < -FACING and m.start_lane.road != self.start_lane.road)
+
+    @property
+    def crossing_maneuvers(self) -> "tuple[Maneuver, ...]":
+        """Return the conflicting maneuvers that begin across this one's direction: from its left or its right."""
+        return tuple(m for m in self.conflicting_maneuvers if abs(self._faces(m)) <= FACING)
+
+    def _faces(self, other: "Maneuver") -> float:
+        """Return the cosine of the angle between the directions in which both enter the intersection."""
+        paths = self.network.paths
+        mine, theirs = (paths.pose(each.path, each.length).heading for each in (self.start_lane, other.start_lane))
+        return math.cos(mine - theirs)
 
     @property
     def gives_way_to(self) -> "tuple[Maneuver, ...]":
@@ -357,7 +379,9 @@ class Network:
     remarks: tuple[str, ...] = ()
     """Warnings about parts of the map that were repaired or omitted."""
     levels: tuple[str, ...] = ()
-    """Remarks on roads that pass over others; all lanes are in one plane."""
+    """Remarks on roads that pass over others."""
+    heights: Floats = field(default_factory=lambda: np.zeros((0, 6)))
+    """(n, 6): x, y, height [m], slope along x and y, lane of points along all lanes; none on a single level."""
     unread: str = ""
     """Content of a file that the reader does not read, by kind."""
     bounds: Mapping[int, tuple[Floats, Floats]] = field(default_factory=dict[int, tuple[Floats, Floats]])

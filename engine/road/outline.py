@@ -9,7 +9,12 @@ from engine.frozen import frozen
 from engine.road.lights import lit_arms
 from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Bools, Floats
+from engine.vocabulary import LEVEL
 
+DECK_SHADOW, DECK_EDGE = 1.6, 0.5
+"""Excess of a bridge's shadow and of its edges over its width, in pictures [m]."""
+NEARBY = 4.0
+"""Side of a cell [m]: lanes in the same or the next cell are compared in height."""
 CONSTANT_WIDTH = 0.05
 """Change of width below which a lane is drawn with a constant width [m]."""
 Shown = Callable[[int, float], str]
@@ -54,6 +59,8 @@ class Outline:
     """Closed rings, as of areas."""
     signals: tuple[SignalLine, ...] = ()
     """Lines across each lane with a traffic light."""
+    decks: tuple[tuple[Floats, float], ...] = ()
+    """Centre lines of the parts of lanes that pass over others, and their widths [m]: drawn above all other roads."""
 
 
 def outline(network: Network, shown: Shown | None = None) -> Outline:
@@ -111,7 +118,31 @@ def _of_lines(network: Network, drawn: Lines) -> Outline:
         widths=tuple(0.0 if lane.id in changing else lane.width for lane in network.lanes),
         reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
         buildings=(),
+        decks=tuple(_decks(network)),
     )
+
+
+def _decks(network: Network) -> Iterator[tuple[Floats, float]]:
+    """Yield the parts of lanes that are a level or more above another lane nearby."""
+    rows = network.heights
+    if not len(rows):
+        return
+    places = np.floor(rows[:, :2] / NEARBY).astype(np.int64)
+    places -= places.min(axis=0) - 1
+    lowest = np.full(places.max(axis=0) + 2, np.inf)
+    np.minimum.at(lowest, (places[:, 0], places[:, 1]), rows[:, 2])
+    shifts = [(across, along) for across in (-1, 0, 1) for along in (-1, 0, 1)]
+    around = np.min([lowest[places[:, 0] + across, places[:, 1] + along] for across, along in shifts], axis=0)
+    above = rows[:, 2] - around >= LEVEL
+    lane = rows[:, 5].astype(np.int64)
+    numbers: list[int] = np.unique(lane[above]).tolist()
+    for number in numbers:
+        own = np.flatnonzero(lane == number)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], above[own], [False]])))
+        for first, last in edges.reshape(-1, 2).tolist():
+            part = own[max(first - 1, 0) : last + 1]
+            if len(part) > 1:
+                yield rows[part, :2], network.lanes[number].width
 
 
 def _is_met(lane: Lane) -> bool:
@@ -133,6 +164,7 @@ def near(road: Outline, points: Floats, reach: float) -> Outline:
         center_lines=tuple(road.center_lines[i] for i in visible),
         widths=tuple(road.widths[i] for i in visible),
         signals=tuple(each for each in road.signals if _passing(each.line, low, high).any()),
+        decks=tuple(each for each in road.decks if _passing(each[0], low, high).any()),
     )
 
 

@@ -18,7 +18,7 @@ from engine.outcomes import MEASURED, Assessment, Outcomes, Result, Retention
 from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
 from engine.run_count import report_runs
-from engine.sampling import pruner_that_pays, sample
+from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.chain import canonical
 from engine.search.evaluations import Evaluations
@@ -31,7 +31,6 @@ from engine.vocabulary import STORED, Blame
 
 if TYPE_CHECKING:
     from engine.driving.blocks import Driven
-    from engine.feasibility.pruning import Pruner
 
 Simulate = Callable[[Scenes], Outcomes]
 Simulated = tuple[Scenes, Outcomes]
@@ -56,14 +55,13 @@ def make_evaluator(
     measures of a run that its assessments contain.
     """
     jobs = config.search.jobs
-    prune = _pruner(program, config)
     measures = stored
     for aim in aims:
         measures |= aim.reads
     simulate = _simulator(program, config, measures)
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
-        scenes, outcomes = simulate(sample(program, genomes, keys, config.simulation, jobs, prune))
+        scenes, outcomes = simulate(sample(program, genomes, keys, config.simulation, jobs))
         risk = assess(outcomes, profile)
         runs = Runs(program, config, scenes, outcomes, risk, verdicts)
         values = [np.where(aim.counts(runs), np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
@@ -74,25 +72,18 @@ def make_evaluator(
     return evaluate
 
 
-def _pruner(program: Program, config: Config) -> "Pruner | None":
-    if not config.simulation.prune:
-        return None
-    return pruner_that_pays(program)
-
-
 def make_blaming(program: Program, config: Config, known: KnownVerdicts | None = None) -> Blaming:
     """Return a function that repeats runs of this program with the reference drivers and returns the `Blame` of each;
     `known`: verdicts that need no run.
     """
     jobs = config.search.jobs
-    prune = _pruner(program, config)
 
     def blaming(genomes: Floats, keys: Ints) -> Ints:
         said = np.full(len(keys), int(Blame.NONE), dtype=np.int32)
         every = _drivable(config, genomes, keys)
         for first in range(0, len(every), BLAMED_AT_ONCE):
             rows = every[first : first + BLAMED_AT_ONCE]
-            scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs, prune)
+            scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs)
             if config.driver is not None:
                 from engine.driving.blocks import redriven
 

@@ -69,9 +69,10 @@ class Runs:
     def encounters(self, row: int) -> "list[Encounter]":
         """Return the pairs of the ego and each actor that it meets, for one valid scene, which is simulated again."""
         from engine.metrics import bodies_of
-        from engine.metrics.encounters import Encounter
+        from engine.metrics.encounters import Encounter, on_levels
 
         driven = trajectory(self.program, self.scenes, row, self.config.simulation, self.config.contact)
+        driven = on_levels(driven)
         bodies = bodies_of(self.program, self.scenes.values[row])
         pairs = (Encounter(driven, self.outcomes, row, bodies, other) for other in range(1, len(bodies)))
         return [pair for pair in pairs if pair.span[1] > 0]

@@ -26,7 +26,7 @@ import pymunk
 from engine.config import Config
 from engine.display import counted
 from engine.errors import ArgumentError
-from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
+from engine.host import empty_results, heights_of, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.impacts.motion import PULSE, STILL, MotionSegment
 from engine.kernels.pair import swung
 from engine.kernels.rollout import advance, begin
@@ -37,7 +37,7 @@ from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Impact, Scenes, Trajectory
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, EndReason, State
+from engine.vocabulary import LEVEL, ActorKind, EndReason, State
 from engine.world.bodies import Physique, carrier, carry, new_space, physiques, rub, solid, wall
 from engine.world.impacts import Recorder, impacts_among_others
 
@@ -55,6 +55,10 @@ class Aftermath(NamedTuple):
     impacts: tuple[Impact, ...]
     rest: dict[int, float]
     """Time at which each struck actor came to rest for good [s]."""
+
+
+CATEGORIES = 32
+"""Number of categories of shapes in pymunk; actors share them if there are more."""
 
 
 class FreeBodies:
@@ -84,6 +88,15 @@ class FreeBodies:
         body = self.bodies[actor]
         body.position, body.angle = (float(pose[0]), float(pose[1])), float(pose[2])
         self.space.reindex_shapes_for_body(body)
+
+    def separate(self, actor: int, heights: Floats) -> None:
+        """Let a body pass those of actors on other levels; `heights` [m] of all actors."""
+        apart = np.flatnonzero(np.abs(heights - heights[actor]) >= LEVEL).tolist()
+        if apart:
+            kinds = (sum(1 << each % CATEGORIES for each in apart), 1 << actor % CATEGORIES)
+            mask = pymunk.ShapeFilter.ALL_MASKS() ^ kinds[0]
+            for shape in self.bodies[actor].shapes:
+                shape.filter = pymunk.ShapeFilter(categories=kinds[1], mask=mask)
 
     def turn_wheels(self, actor: int, steer: float) -> None:
         """Note where the wheels of a body point; two-wheelers fall over."""
@@ -178,6 +191,7 @@ def _set_up(run: Run, stage: FreeBodies, sample: int, part: float, step: float) 
     for actor in range(len(actors)):
         stage.place(actor, poses[actor])
         stage.turn_wheels(actor, float(before[actor, State.STEER]))
+        stage.separate(actor, run.actors[:, Memory.HEIGHT])
         if after[actor, State.PRESENT] == 0.0:
             stage.remove(actor)
         elif run.actors[actor, Memory.FREE] == POST_IMPACT:
@@ -292,7 +306,7 @@ def _closest(outcomes: Outcomes) -> list[Event]:
         for pair, (time, distance) in enumerate(
             zip(outcomes.min_distance_time[0], outcomes.min_distance[0], strict=True)
         )
-        if distance > 0.0 and np.isfinite(time)
+        if 0.0 < distance < np.inf and np.isfinite(time)
     ]
 
 
@@ -391,6 +405,7 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
         outlines=outlines(program, host.scenes.values[0]),
         contact_sample=last,
         watched=host.memory.watched[:scored_samples].copy(),
+        heights=heights_of(host.plan.road, host.memory.states[:samples]),
     )
     events = timeline(scored, trajectory, impacts, rest)
     return WorldRun(scored, trajectory, impacts, events, recorded(program, trajectory), touching)

@@ -109,11 +109,21 @@ class Assembler:
         self.monitors.append((self.block(), started))
         return self.monitors[-1][0]
 
-    def follow(self, block: int, path: object, speed: object, lateral: object = None, progress: int = 0) -> None:
-        """FollowTrajectoryBehavior until the path's end."""
+    def follow(
+        self,
+        block: int,
+        path: object,
+        speed: object,
+        lateral: object = None,
+        progress: int = 0,
+        aside: object = None,
+    ) -> None:
+        """FollowTrajectoryBehavior until the path's end, with `aside` at an offset."""
         again, done = f"again {len(self.rows)}", f"done {len(self.rows)}"
         self.emit(Op.MOVE, local(progress), literal(-1))
         self.label(again)
+        if aside is not None:
+            self.emit(Op.COMMAND, 0, int(Command.ASIDE), aside)
         self.emit(Op.FOLLOW, local(progress), path, speed, literal(3) if lateral is None else lateral, done)
         self.emit(Op.YIELD, 0, block)
         self.emit(Op.JUMP, 0, again)

@@ -126,6 +126,8 @@ class Reader:
         raise UnsayableError(_name(act), act.span)
 
     def _following(self, act: ir.Follow) -> Drive:
+        if act.aside is not None:
+            raise UnsayableError("an offset from the lane", act.span)
         path, lateral = (
             self._number(act.path, act, "a way"),
             self._number(act.max_lateral, act, "a lateral acceleration"),

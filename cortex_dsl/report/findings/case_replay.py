@@ -6,7 +6,7 @@ measure it.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -200,7 +200,8 @@ class CaseReplay:
         """Return the run up to contact."""
         end = scored_samples(self.trajectory)
         now = self.trajectory
-        return Trajectory(now.time[:end], now.states[:end], now.outlines, now.contact_sample)
+        heights = None if now.heights is None else now.heights[:end]
+        return replace(now, time=now.time[:end], states=now.states[:end], heights=heights)
 
     @property
     def collided(self) -> bool:

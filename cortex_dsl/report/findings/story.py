@@ -190,7 +190,7 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: Speed
         text = f"closing fastest on {other}: {unit.text(closing)}, {apart} m apart"
         yield Moment(float(outcomes.max_closing_time[row, pair]), 0, "fastest", text)
     distance = float(outcomes.min_distance[row, pair])
-    if distance > 0:
+    if 0.0 < distance < np.inf:
         yield Moment(
             float(outcomes.min_distance_time[row, pair]),
             0,

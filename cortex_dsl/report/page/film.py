@@ -12,6 +12,7 @@ import numpy as np
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
 from cortex_dsl.report.findings.framing import BAND, CARD, Frame
 from engine.extras import needed
+from engine.road.outline import DECK_EDGE, DECK_SHADOW
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -119,6 +120,9 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
         draw.line(lens(line), fill=MARKING, width=round(0.42 * lens.scale))
     for line in road.kerbs:
         draw.line(lens(line), fill=KERB, width=max(1, round(0.22 * lens.scale)))
+    for excess, paint in ((DECK_SHADOW, INK), (DECK_EDGE, KERB), (0.0, ASPHALT)):
+        for line, width in road.decks:
+            draw.line(lens(line), fill=paint, width=round((width + excess) * lens.scale), joint="curve")
     for actor, way in enumerate(replay.ways):
         for point in lens(way[:: max(1, len(way) // 60)]):
             _disc(draw, point, 0.16 * lens.scale, ACTORS[colour(actor)])

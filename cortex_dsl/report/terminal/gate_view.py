@@ -101,6 +101,8 @@ class GateProgress:
 
     console: Console
     files: int
+    noun: str = "file"
+    """Name of what is counted."""
     interval: float = INTERVAL
     done: int = 0
     """Files that are done."""
@@ -169,5 +171,5 @@ class GateProgress:
         seconds = time.monotonic() - self.started
         left = f", {duration(seconds / share * (1.0 - share))} left" if share > 0.0 else ""
         return Text(
-            f"{self.done:,} of {counted(self.files, 'file')}, {counted(self.runs + runs, 'run')}{left}", "quiet"
+            f"{self.done:,} of {counted(self.files, self.noun)}, {counted(self.runs + runs, 'run')}{left}", "quiet"
         )

@@ -17,6 +17,7 @@ from cortex_dsl.semantics.acting import (
     external,
     following,
     giving_way,
+    profiles,
     replaying,
     safety_models,
 )
@@ -74,6 +75,8 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "ConstantSpeedBehavior": following.constant_speed,
     "ConstantThrottleBehavior": following.constant_throttle,
     "BrakeBehavior": following.brake,
+    "AccelerateThenKeepBehavior": profiles.accelerate_then_keep,
+    "BrakeToBehavior": profiles.brake_to,
     "ExternalBehavior": external.drive_from_outside,
     "ReplayBehavior": replaying.replay,
     "IdleBehavior": following.idle,

@@ -84,7 +84,7 @@ def choose_lane(job: Job) -> ir.Block:
     own, here = job.kept(_route(job, lane))
     left, right = (_beside(job, _lane_now(job), find) for find in (to_left, to_right))
     now = _lane(job, here, lane)
-    drive = ir.Follow(span, here, _speed(job, now), job.max_lateral(), job.ev.run.new_local())
+    drive = ir.Follow(span, here, _speed(job, now), job.max_lateral(), job.ev.run.new_local(), aside=job.aside())
     handlers: list[tuple[Term, ir.Block]] = []
     for what, beside in ((RIGHT, right), (LEFT, left)):
         better = _is_better(job, now, _lane(job, _route(job, beside), beside))

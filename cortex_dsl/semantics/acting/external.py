@@ -13,7 +13,7 @@ from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
 from cortex_dsl.semantics.model.values import Quantity
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import TOP_SPEED
+from cortex_dsl.semantics.names.builtins import TOP_SPEED, WIDEST
 from cortex_dsl.semantics.quantities.algebra import Term, path_length, path_project
 from cortex_dsl.semantics.quantities.units import ANGLE, TIME
 from cortex_dsl.spelling import did_you_mean
@@ -21,8 +21,6 @@ from engine.control import Action, Control, numbers_decided
 from engine.vocabulary import ActorKind, Command
 
 PEDALS, SPEED = "pedals", "speed"
-WIDEST = 10.0
-"""Largest offset from its path that an actor accepts [m]."""
 ARRIVED = 1e-6
 """[m]"""
 

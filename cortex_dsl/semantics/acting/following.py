@@ -206,7 +206,7 @@ def move_over(job: Job, path: Term, speed: Term) -> ir.Block:
     at_end = path_length(path) <= place.ahead(job)
     settled = place.settled()
     moving = ir.Loop(span, job.ev.algebra.truth(True), (*shift.advance(job), _steer(job, place, shift, speed)))
-    follow = ir.Follow(span, path, speed, job.max_lateral(), job.ev.run.new_local())
+    follow = ir.Follow(span, path, speed, job.max_lateral(), job.ev.run.new_local(), aside=job.aside())
     stop = over | (at_end | settled)
     return (*shift.beginning, job.until((moving,), stop), job.until((follow,), settled))
 
@@ -218,7 +218,7 @@ class _Place:
     path: Term
     s: Term
     offset: Term
-    """Offset to the left of the path [m]."""
+    """Offset to the left of the path, or of the line beside it that the call asks for [m]."""
     direction: Term
     """Heading of the actor against that of the path [rad]."""
 
@@ -232,7 +232,9 @@ class _Place:
         left = (y - foot_y) * cos(heading)
         right = (x - foot_x) * sin(heading)
         turned = wrapped(pose.heading - heading)
-        return _Place(path, s, left - right, turned)
+        aside = job.aside()
+        offset = left - right if aside is None else left - right - aside
+        return _Place(path, s, offset, turned)
 
     def ahead(self, job: Job) -> Term:
         """Arc length at the middle of the outline."""
@@ -302,7 +304,8 @@ def _steer(job: Job, place: _Place, shift: _Shift, speed: Term) -> ir.Act:
     """One step along the curve, at a target speed."""
     look_ahead = maximum(MIN_LOOK_AHEAD, LOOK_AHEAD * job.speed())
     offset, slope, _ = shift.curve(shift.progress)
-    preview = PREVIEW * job.speed() / shift.way
+    # The wheel keeps up with a smooth curve, so that looking ahead overshoots; without an offset, runs keep their bits.
+    preview = (PREVIEW if job.aside() is None else 0.0) * job.speed() / shift.way
     _, _, bend = shift.curve(shift.progress + preview)
     turn = sin(atan(slope) - place.direction)
     most = OFFSET_SHARE * look_ahead

@@ -125,6 +125,9 @@ def give_way(job: Job) -> ir.Block:
     speed = job.speed() + idm_acceleration(job, path, BRISK, BRISK) / SPEED_GAIN
     answers, any_of = list[Answer](), job.ev.algebra.any_of
     off, askew = _beside(job, path)
+    aside_wanted = job.aside()
+    if aside_wanted is not None:
+        off = off - aside_wanted
     extent = _extent(job, askew)
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job), extent)

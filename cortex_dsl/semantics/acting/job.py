@@ -4,22 +4,24 @@ import math
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.runs import NOT_A_DRIVER
+from cortex_dsl.semantics.errors.runs import NOT_A_DRIVER, OVER_THE_EDGE
 from cortex_dsl.semantics.errors.values import TARGET_ABOVE_TOP, WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, limit_on
+from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Quantity, Value
 from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.names.builtins import BUILTINS, Parameter
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
 from cortex_dsl.semantics.quantities.bounds import closed_value
-from cortex_dsl.semantics.quantities.units import PURE, SPEED
+from cortex_dsl.semantics.quantities.units import LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from engine.frozen import frozen
+from engine.road.network import Lane
 from engine.vocabulary import ActorKind, Command, RuleKind, State
 
 DEFAULT_SPEED = 10.0
@@ -34,6 +36,9 @@ STOP_PREVIEW = 0.5
 """How far ahead that plan is read, for the controller lags behind a falling target [s]; as for bends in the engine."""
 STOP_MARGIN = 0.5
 """How far before a stop line drivers come to rest [m]."""
+
+LANE_ROUNDING = 1e-6
+"""Excess over the width of a lane that is a rounding error [m]."""
 
 Inline = Callable[[BehaviourCall], ir.Block]
 
@@ -80,6 +85,8 @@ class Job:
                 value = closed_value(self.number(name))
                 if value is not None and name in ("target_speed", "speed"):
                     self._compare_with_top(value, self.call.spans[name])
+                if name == "offset":
+                    self._compare_with_lane(self.call.spans[name])
 
     def _compare_with_top(self, target: float, span: Span) -> None:
         """Note a constant speed that the actor cannot reach."""
@@ -88,6 +95,24 @@ class Job:
             name = self.actor.kind.name.capitalize()
             wanted, highest, enough = (shown(speed, SPEED) for speed in (target, top, math.ceil(target)))
             self.ev.report(TARGET_ABOVE_TOP.at(span, name=name, target=wanted, top=highest, enough=enough))
+
+    def _compare_with_lane(self, span: Span) -> None:
+        """Warn of an offset, or the largest of its range, at which the outline leaves the lane."""
+        reach = max(map(abs, self.ev.interval(self.number("offset"))))
+        given = self.given("laneToFollow")
+        lane = (
+            given.width
+            if isinstance(given, Lane)
+            else max((each.width for each in network_of(self.ev).lanes), default=0)
+        )
+        width = self.ev.interval(size_of(self.actor, "width"))[0]
+        if lane and reach < math.inf and reach + 0.5 * width > 0.5 * lane + LANE_ROUNDING:
+            numbers = (reach, width, lane, max(0.0, 0.5 * (lane - width)))
+            offset, wide, room, most = (shown(value, LENGTH) for value in numbers)
+            which = "its lane is" if isinstance(given, Lane) else "the widest lane is"
+            name = self.actor.kind.name.capitalize()
+            finding = OVER_THE_EDGE.at(span, name=name, offset=offset, width=wide, lanes=which, lane=room, most=most)
+            self.ev.report(finding)
 
     def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)
@@ -153,7 +178,12 @@ class Job:
         if self.flag("obey_signals"):
             stop, room = signals.must_stop(self.ev, self.actor, self.call.spans["obey_signals"])
             speed = self.stopping(speed, stop, room)
-        return ir.Follow(self.call.span, path, speed, self.max_lateral(), self.ev.run.new_local(), offset)
+        local = self.ev.run.new_local()
+        return ir.Follow(self.call.span, path, speed, self.max_lateral(), local, offset, self.aside())
+
+    def aside(self) -> Term | None:
+        """Return the offset to the left of the path that the call asks for [m]; None without one."""
+        return self.number("offset") if self.given("offset") is not None else None
 
     def stopping(self, speed: Term, stop: Term, room: Term) -> Term:
         """The target speed, lowered while `stop` holds so that the front halts `room` metres from here."""

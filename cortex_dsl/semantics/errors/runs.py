@@ -142,6 +142,13 @@ CONTROLLED_TWICE = Problem(
     'name another one, as in `ExternalBehavior(controller="other")`',
 )
 
+OVER_THE_EDGE = warning(
+    "SCN635",
+    "at an offset of {offset} this {name} extends over the edge of its lane",
+    "it is {width} wide, and {lanes} {lane} wide",
+    "an offset of at most {most} keeps all of it inside the lane",
+)
+
 # -- SCN241 to SCN243, SCN65x: scenarios made of scenarios -------------------------------------------------------------
 
 UNKNOWN_SCENARIO = Problem(

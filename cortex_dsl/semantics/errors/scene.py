@@ -207,11 +207,12 @@ MAP_REMARK = note(
     "roads of `{file}`: {message}",
     cure="correct the file, or use only roads that this does not affect",
 )
-MAP_LEVELS = warning(
+MAP_LEVELS = note(
     "SCN459",
-    "map `{file}`: {message}; lanes at different heights are treated as one plane",
-    "heights are not simulated: actors on both roads see, obstruct and strike one another where the roads cross",
-    "place actors on one of these roads only, or remove the other from the file",
+    "map `{file}`: {message}",
+    "actors whose roads are {level:g} m or more apart in height neither see, obstruct nor strike one another; slopes "
+    "have no effect, and a bridge hides nothing",
+    "give an actor the heading of its road: where roads overlap, it begins on the one that it faces along",
 )
 MAP_UNREAD = note(
     "SCN466",

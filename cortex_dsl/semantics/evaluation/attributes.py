@@ -40,7 +40,7 @@ from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term, where
 from cortex_dsl.semantics.quantities.bounds import closed_value
-from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import (
@@ -168,6 +168,8 @@ _MANEUVER: dict[str, Callable[[Evaluator, Maneuver], Value]] = {
     "endLane": lambda _, maneuver: maneuver.end_lane,
     "intersection": lambda _, maneuver: maneuver.intersection,
     "conflictingManeuvers": lambda _, maneuver: maneuver.conflicting_maneuvers,
+    "oncomingManeuvers": lambda _, maneuver: maneuver.oncoming_maneuvers,
+    "crossingManeuvers": lambda _, maneuver: maneuver.crossing_maneuvers,
     "reverseManeuvers": lambda _, maneuver: maneuver.reverse_maneuvers,
     "name": lambda _, maneuver: maneuver.name,
 }
@@ -220,6 +222,7 @@ _VELOCITY: dict[str, Callable[[Evaluator, Velocity], Value]] = {
 _SIGNAL: dict[str, Callable[[Evaluator, Signal], Value]] = {
     "isTrafficLight": lambda ev, _: Truth(ev.algebra.truth(True)),
     "type": lambda *_: TRAFFIC_LIGHT,
+    "timeToRed": lambda ev, light: Quantity(signals.time_to_red(ev, light), TIME),
     "intersection": lambda _, light: light.intersection,
     "name": lambda _, light: light.name,
 }

@@ -110,7 +110,14 @@ def _new_place(ev: Evaluator, node: nodes.New, found: SpecifierGroups) -> Value:
     north = as_meant(ev, zero) if ev.facts.from_scenic else zero
     placement = at_origin(ev)
     if found.places:
-        placement = place(ev, found.places[0], Extent(zero, zero, lambda: _own_heading(ev, node, found, north), None))
+        extent = Extent(
+            zero,
+            zero,
+            lambda usual: _own_heading(ev, node, found, north if usual is None else usual),
+            lambda: zero,
+            None,
+        )
+        placement = place(ev, found.places[0], extent)
     if node.class_name == "Point":
         if found.facings:
             raise NOT_SUPPORTED.mistake(
@@ -322,8 +329,9 @@ def _actor_placement(making: ObjectBuilder, node: nodes.New, found: SpecifierGro
     length, width = making.get("length"), making.get("width")
     assert isinstance(length, Term)
     assert isinstance(width, Term)
-    return place(
-        ev,
-        found.places[0],
-        Extent(length, width, lambda: _own_heading(ev, node, found, heading), region, heading is None),
-    )
+
+    def own_heading(usual: Term | None) -> Term:
+        return _own_heading(ev, node, found, heading if usual is None else usual)
+
+    extent = Extent(length, width, own_heading, lambda: making.number("speed"), region, heading is None)
+    return place(ev, found.places[0], extent)

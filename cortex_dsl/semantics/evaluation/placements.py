@@ -36,11 +36,13 @@ class Placement:
 
 @frozen
 class Extent:
-    """Size of the placed object, zero for points; and its heading, if its place does not give it."""
+    """Size and speed of the placed object, zero for points; and its heading, if its place does not give it."""
 
     length: Term
     width: Term
-    heading: Callable[[], Term]
+    heading: Callable[[Term | None], Term]
+    """Heading, with the one that it has if nothing gives it."""
+    speed: Callable[[], Term]
     region: Region | None
     """The region that it must lie in anyway."""
     faces_road: bool = False

@@ -46,6 +46,7 @@ from engine.road.sections import (
 )
 from engine.road.specification import LENGTHS
 from engine.tables import ROAD_REGION
+from engine.vocabulary import LEVEL
 
 
 def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
@@ -70,7 +71,7 @@ def _on_file(ev: Evaluator, spec: MapFile, network: Network, span: Span) -> Iter
     if remarks := (*network.remarks, *_on_lights(network)):
         yield MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks))
     if network.levels:
-        yield MAP_LEVELS.at(span, file=spec.file, message="; ".join(network.levels))
+        yield MAP_LEVELS.at(span, file=spec.file, message="; ".join(network.levels), level=LEVEL)
     if network.unread:
         yield MAP_UNREAD.at(span, file=spec.file, message=network.unread)
     if unheeded := _unheeded(ev, network):

@@ -278,6 +278,16 @@ def colour_of(ev: Evaluator, light: Signal, plan: SignalPlan) -> Term:
     return _shown(ev, plan, number, phase)
 
 
+def time_to_red(ev: Evaluator, light: Signal) -> Term:
+    """Return the time until a light next turns red by its plan [s]; before the run, counted from its start."""
+    plan = needed(ev, ev.algebra.span, "`timeToRed`")
+    part, amber_end = plan.green + (plan.yellow + plan.all_red), plan.green + plan.yellow
+    cycle = part * float(PHASES)
+    now = clock(ev, plan) if ev.moment.running or ev.moment.later else ev.algebra.literal(0.0)
+    left = amber_end - (now + plan.offset - float(phase_of(light)) * part)
+    return left - floor(left / cycle) * cycle
+
+
 def same_colour(ev: Evaluator, left: Value, right: Value, span: Span) -> Term | None:
     """Return whether a light shows a colour; None if neither side is a light.
 

@@ -28,11 +28,12 @@ from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     cos,
+    maximum,
     sin,
     sqrt,
 )
 from cortex_dsl.semantics.quantities.bounds import closed_value
-from cortex_dsl.semantics.quantities.units import LENGTH
+from cortex_dsl.semantics.quantities.units import LENGTH, PURE, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.maps import MapFile
@@ -99,7 +100,7 @@ def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
         if isinstance(reference, Lane | Centerline):
             geometry.oriented(ev, reference, node.reference.span, what)
         point = geometry.position(ev, reference, node.reference.span, what)
-        pose = Pose(point.x, point.y, extent.heading())
+        pose = Pose(point.x, point.y, extent.heading(None))
     along = node.side in ("ahead", "behind")
     own = extent.length if along else extent.width
     gap, shift = _gap(ev, node, isinstance(reference, Actor))
@@ -144,6 +145,42 @@ def _beyond(ev: Evaluator, node: nodes.Beyond, _extent: Extent) -> Placement:
     place = geometry.moved(point, geometry.bearing(start, point), by.x, by.y)
     pose = geometry.pose_of(ev, viewer)
     return Placement(place, geometry.as_meant(ev, ev.algebra.literal(0.0)) if pose is None else pose.heading)
+
+
+def _meeting(ev: Evaluator, node: nodes.Meeting, extent: Extent) -> Placement:
+    """Return the placement from which the object reaches a place of another one, if both keep speed and heading.
+
+    At a share of the other's width, from its right edge, the front of the other touches this object, whose centre is on
+    the line through that place along the other's heading. At a place in the frame of the other, this object's front
+    touches it.
+    """
+    other, where, after = ev.evaluate_all((node.other, node.place, node.time))
+    if not isinstance(other, Actor):
+        what, cure = "what follows `meeting`", "as in `meeting ego at 0.5 after 4 s`"
+        raise WRONG_KIND.mistake(node.other.span, what=what, expected="an object", actual=kind_name(other), cure=cure)
+    what = "the time after `after`"
+    time = in_range(ev, adopt(ev, after, TIME, node.time.span, what), Domain(what, TIME), node.time.span)
+    pose, driven = geometry.current_pose(ev, other), geometry.size_of(other, "speed") * time
+    heading = extent.heading(pose.heading)
+    if node.way is None:
+        way = extent.speed() * time
+    else:
+        way = adopt(ev, ev.evaluate(node.way), LENGTH, node.way.span, "the distance after `by`")
+    if isinstance(where, Quantity):
+        share = adopt(ev, where, PURE, node.place.span, "the share of the width after `at`")
+        right = (0.5 - share) * geometry.size_of(other, "width")
+        ahead = geometry.size_of(other, "length") * 0.5 + _reach(extent, heading - pose.heading)
+    else:
+        offset = geometry.position(ev, where, node.place.span, "the place after `at`")
+        right, ahead, way = offset.x, offset.y, way + extent.length * 0.5
+    meeting_place = geometry.moved(Vector(pose.x, pose.y), pose.heading, right, ahead + driven)
+    return Placement(geometry.moved(meeting_place, heading, ev.algebra.literal(0.0), -way), heading)
+
+
+def _reach(extent: Extent, angle: Term) -> Term:
+    """Return the distance [m] from the centre of a rectangle to its outline in a direction."""
+    sides = maximum(extent.width * abs(cos(angle)), extent.length * abs(sin(angle)))
+    return extent.length * extent.width * 0.5 / maximum(sides, CONTACT_TOLERANCE)
 
 
 def _in_sight(ev: Evaluator, node: nodes.InSight, extent: Extent) -> Placement:
@@ -270,6 +307,7 @@ PLACERS: dict[type, Placer] = {
     nodes.Beside: _beside,
     nodes.Following: _following,
     nodes.Beyond: _beyond,
+    nodes.Meeting: _meeting,
     nodes.InSight: _in_sight,
     nodes.ContainedIn: _contained_in,
     nodes.Before: _before,

@@ -87,6 +87,8 @@ def _near(name: str, doc: str, who: str) -> Builtin:
     return Builtin(name, Kind.FUNCTION, doc, (Parameter(who), distance))
 
 
+WIDEST = 10.0
+"""Largest offset from its path that an actor accepts [m]."""
 TOP_SPEED = 200.0
 """Above this no vehicle on a road goes [m/s]: a number beyond it is a slip."""
 _SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, high=TOP_SPEED, aliases=("speed",))
@@ -104,6 +106,7 @@ _SIGHT = (
 _INNER = Parameter("behavior")
 _BRAKE = "a pedal from 0 to 1; 1 brakes with the `maxBraking` of the vehicle"
 _THROTTLE = "a pedal from 0 to 1; 1 accelerates with the `maxAcceleration` of the vehicle"
+_OFFSET = Parameter("offset", LENGTH, "none", low=-WIDEST, high=WIDEST)
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 
@@ -131,6 +134,8 @@ _ROWS = (
     _distribution("VerifaiDiscreteRange", "Scenic's spelling of `DiscreteRange` for searched params.", "low", "high"),
     _distribution("VerifaiOptions", "Scenic's spelling of `Uniform` for searched params.", variadic=True),
     _distribution("Fixed", "Given values one after the other, one each time this place is evaluated.", variadic=True),
+    Builtin("WalkingSpeed", Kind.DISTRIBUTION, "Speed at which a person of an age in years crosses a road.",
+            (Parameter("age", PURE, low=3.0, high=110.0, meaning="an age in years, from 3 to 110"),)),
     _function("resample", "A drawn number once more: drawn from the same distribution, by itself.", "x"),
     # -- mathematics
     *(
@@ -212,26 +217,28 @@ _ROWS = (
             Parameter("speed", SPEED, low=0.0, high=TOP_SPEED), Command.SPEED),
     # -- library behaviours
     _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
-               Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT),
+               Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT, _OFFSET),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
-               _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE, _LIMIT),
+               _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE, _LIMIT, _OFFSET),
     _behaviour("TurnBehavior", "Follow a list of connected lanes for as long as the actor is in an intersection.",
-               Parameter("trajectory"), Parameter("target_speed", SPEED, "6 m/s", low=0.0, high=TOP_SPEED), _LATERAL),
+               Parameter("trajectory"), Parameter("target_speed", SPEED, "6 m/s", low=0.0, high=TOP_SPEED), _LATERAL,
+               _OFFSET),
     _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind the actor ahead on it (IDM).",
-               _SPEED, *_car_following("0.73 m/s^2", "1.67 m/s^2"), _LATERAL, _OBEY, _LIMIT),
+               _SPEED, *_car_following("0.73 m/s^2", "1.67 m/s^2"), _LATERAL, _OBEY, _LIMIT, _OFFSET),
     _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
                _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
-               _LATERAL, _OBEY, _LIMIT),
+               _LATERAL, _OBEY, _LIMIT, _OFFSET),
     _behaviour("GivingWayBehavior", "Follow a lane or trajectory; stop before where ways cross until it can clear it.",
-               _SPEED, *_car_following("3 m/s^2", "3 m/s^2"), _LATERAL, _OBEY, _LIMIT, *_SIGHT),
+               _SPEED, *_car_following("3 m/s^2", "3 m/s^2"), _LATERAL, _OBEY, _LIMIT, *_SIGHT, _OFFSET),
     _behaviour("AutopilotBehavior", "Drive as `GivingWayBehavior` does; in Scenic it is the simulator's own driver.",
-               _SPEED, Parameter("trajectory", default="the lane it is on")),
+               _SPEED, Parameter("trajectory", default="the lane it is on"), _OFFSET),
     _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
-               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, _DURATION, _LIMIT),
+               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, _DURATION, _LIMIT, _OFFSET),
     _behaviour("LaneChoosingBehavior", "Follow a lane (IDM), or one beside it that is better (MOBIL).",
                _SPEED, *_car_following("0.73 m/s^2", "1.67 m/s^2")[1:], Parameter("politeness", PURE, "0.2", low=0.0),
                Parameter("advantage", ACCELERATION, "0.1 m/s^2", low=0.0),
-               Parameter("safe_deceleration", ACCELERATION, "4 m/s^2", low=0.0), _DURATION, _LATERAL, _OBEY, _LIMIT),
+               Parameter("safe_deceleration", ACCELERATION, "4 m/s^2", low=0.0), _DURATION, _LATERAL, _OBEY, _LIMIT,
+               _OFFSET),
     _behaviour("EmergencyBrakeBehavior", "Run another behavior; brake fully while a collision is close.",
                _INNER, Parameter("threshold", TIME, "as UN R157", low=0.0),
                Parameter("brake", PURE, "1", 0.0, 1.0, meaning=_BRAKE),
@@ -252,7 +259,7 @@ _ROWS = (
                Parameter("leader_braking", ACCELERATION, "7 m/s^2", 0.1)),
     _behaviour("DriveAvoidingCollisions", "Follow the lane; brake fully while another vehicle is near.",
                Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
-               Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0)),
+               Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0), _OFFSET),
     _behaviour("ConstantThrottleBehavior", "Press the throttle for ever, without steering.",
                Parameter("x", PURE, low=0.0, high=1.0, meaning=_THROTTLE)),
     _behaviour("WalkForwardBehavior", "Walk straight ahead, for ever.",
@@ -265,6 +272,12 @@ _ROWS = (
                Parameter("speed", SPEED, low=0.0, high=TOP_SPEED, aliases=("target_speed",))),
     _behaviour("BrakeBehavior", "Press the brake for ever.",
                Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",), _BRAKE)),
+    _behaviour("AccelerateThenKeepBehavior", "Reach a speed over a distance, at a constant rate, and keep it.",
+               Parameter("speed", SPEED, low=0.0, high=TOP_SPEED, aliases=("target_speed",)),
+               Parameter("distance", LENGTH, low=0.01), Parameter("delay", TIME, "0 s", low=0.0)),
+    _behaviour("BrakeToBehavior", "Brake down to a speed by a deceleration that builds up, and keep that speed.",
+               Parameter("deceleration", ACCELERATION, low=0.0), Parameter("end_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
+               Parameter("rise", TIME, "0 s", low=0.0), Parameter("delay", TIME, "0 s", low=0.0)),
     _behaviour("ExternalBehavior", "Do what a controller decides, which is named when the file is run (`--ego`).",
                Parameter("controller", default="the name of the object"),
                Parameter("trajectory", default="the lane it is on"), Parameter("actions", default='"pedals"'),

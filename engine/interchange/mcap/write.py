@@ -44,10 +44,11 @@ def _scene(entities: list[Message], deletions: list[Message] | None = None) -> M
 
 def actors_scene(recording: Recording, sample: int, instant: int) -> Message:
     """Return the boxes of all present actors, and deletions of those that were present one sample before."""
-    there = recording.there
+    there, heights = recording.there, recording.heights
     gone = there[max(sample - 1, 0)] & ~there[sample]
+    ground = [0.0] * len(recording.actors) if heights is None else heights[sample].tolist()
     entities = [
-        _entity(actor.name, instant, cubes=[_cube(actor, recording.states[sample, i], i == 0)])
+        _entity(actor.name, instant, cubes=[_cube(actor, recording.states[sample, i], i == 0, ground[i])])
         for i, actor in enumerate(recording.actors)
         if there[sample, i]
     ]
@@ -56,12 +57,12 @@ def actors_scene(recording: Recording, sample: int, instant: int) -> Message:
     return _scene(entities, [{"timestamp": stamp, "type": DELETE_ID, "id": name} for name in names])
 
 
-def _cube(actor: RecordedActor, state: Floats, is_ego: bool) -> Message:
+def _cube(actor: RecordedActor, state: Floats, is_ego: bool, ground: float) -> Message:
     height, heading = KINDS[actor.kind].height, float(state[State.HEADING])
     colour = EGO if is_ego else THINGS if actor.kind is ActorKind.OBSTACLE else OTHERS
     return {
         "pose": {
-            "position": {"x": float(state[State.X]), "y": float(state[State.Y]), "z": 0.5 * height},
+            "position": {"x": float(state[State.X]), "y": float(state[State.Y]), "z": ground + 0.5 * height},
             "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(0.5 * heading), "w": math.cos(0.5 * heading)},
         },
         "size": {"x": actor.length, "y": actor.width, "z": height},

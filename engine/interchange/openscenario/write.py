@@ -28,7 +28,7 @@ from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.own_metadata import of_samples
 from engine.interchange.recording import MOST_ACTORS, RecordedActor, Recording, SignalTimes
 from engine.interchange.xml_writing import Element, child, xml_text
-from engine.tables import Floats
+from engine.tables import Bools, Floats
 from engine.vocabulary import State
 from engine.xml import LIMITS, MEGABYTE
 
@@ -49,6 +49,8 @@ class Stretch:
     """The first sample without it [s]; None if it stays to the end."""
     below: float = 0.0
     """Depth under the road [m], where a player places absent actors."""
+    heights: Floats | None = None
+    """(samples,) Heights of the road [m]; None on a road without bridges."""
 
     @property
     def moves(self) -> bool:
@@ -57,9 +59,17 @@ class Stretch:
 
     def vertices(self) -> tuple[Floats, Floats]:
         """Return times and poses without those inside a standstill, which carry no motion and make readers spin."""
+        moving = ~self._inside_standstills()
+        return self.time[moving], self.poses[moving]
+
+    def depths(self) -> Floats:
+        """Return the depth of each vertex under height 0 [m]."""
+        heights = np.zeros(len(self.time)) if self.heights is None else self.heights
+        return self.below - heights[~self._inside_standstills()]
+
+    def _inside_standstills(self) -> Bools:
         same = (self.poses[1:] == self.poses[:-1]).all(axis=1)
-        standing = np.concatenate([[False], same]) & np.concatenate([same, [False]])
-        return self.time[~standing], self.poses[~standing]
+        return np.concatenate([[False], same]) & np.concatenate([same, [False]])
 
     def shortest_way(self) -> float:
         """Return the least distance between consecutive vertices [m]; infinite for a single one."""
@@ -69,13 +79,14 @@ class Stretch:
 
 def stretches(recording: Recording, actor: int) -> list[Stretch]:
     """Return all stretches of an actor, in order."""
-    poses, last = recording.rear_axle(actor), len(recording) - 1
+    poses, last, heights = recording.rear_axle(actor), len(recording) - 1, recording.heights
     return [
         Stretch(
             time=recording.time[start : end + 1],
             poses=poses[start : end + 1],
             starts_late=start > 0,
             gone=None if end == last else float(recording.time[end + 1]),
+            heights=None if heights is None else heights[start : end + 1, actor],
         )
         for start, end in recording.stretches(actor)
     ]
@@ -88,8 +99,8 @@ def follow_trajectory(action: Element, stretch: Stretch, name: str, version: Ver
     holder = child(follow, "TrajectoryRef") if version.trajectory_in_reference else follow
     trajectory = child(holder, "Trajectory", name=name, closed="false")
     polyline = child(child(trajectory, "Shape"), "Polyline")
-    for time, pose in zip(*stretch.vertices(), strict=True):
-        world_position(child(polyline, "Vertex", time=float(time)), pose, stretch.below)
+    for time, pose, depth in zip(*stretch.vertices(), stretch.depths().tolist(), strict=True):
+        world_position(child(polyline, "Vertex", time=float(time)), pose, depth)
     child(child(follow, "TimeReference"), "Timing", domainAbsoluteRelative="absolute", scale=1, offset=0)
     child(follow, "TrajectoryFollowingMode", followingMode="position")
 
@@ -118,7 +129,8 @@ def add_init(storyboard: Element, recording: Recording, names: Sequence[str], ve
     for actor, name in enumerate(names):
         if recording.there[0, actor]:
             private = child(actions, "Private", entityRef=name)
-            teleport(private, recording.rear_axle(actor)[0])
+            depth = 0.0 if recording.heights is None else -float(recording.heights[0, actor])
+            teleport(private, recording.rear_axle(actor)[0], depth)
             start_speed(private, float(recording.states[0, actor, State.SPEED]), version)
     return actions
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from engine.errors import cited
-from engine.interchange.road_levels import LEVEL
 from engine.interchange.tables.track import TableTrack
 from engine.tables import Floats
+from engine.vocabulary import LEVEL
 
 SLOPE = 0.15
 """Largest slope of a road [m/m]: largest difference of height per distance of two actors on one level."""

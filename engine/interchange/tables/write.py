@@ -152,13 +152,15 @@ def _of_actor(recording: Recording, states: Floats, nanos: Ints, actor: int) -> 
     own = states[:, actor]
     moving = [_motion(recording, own, first, last, body.rear_to_center) for first, last in stretches]
     velocity, acceleration = (np.concatenate([part[i] for part in moving] or [np.zeros((0, 2))]) for i in (0, 1))
-    constant = {"z": height / 2, "length": body.length, "width": body.width, "height": height}
+    heights = recording.heights
+    constant = {"length": body.length, "width": body.width, "height": height}
     zero = dict.fromkeys(("vel_z", "acc_z", "roll", "pitch"), 0.0)
     whole = {"idx": actor, "type": code.type, "role": code.role, "subtype": code.subtype}
     return {
         "total_nanos": nanos[rows],
         "x": own[rows, State.X],
         "y": own[rows, State.Y],
+        "z": height / 2 + (np.zeros(len(rows)) if heights is None else heights[rows, actor]),
         "yaw": wrapped(own[rows, State.HEADING]),
         "vel_x": velocity[:, 0],
         "vel_y": velocity[:, 1],

@@ -51,6 +51,7 @@ from engine.kernels.run_state import (
     Run,
     Status,
     column_of,
+    on_one_level,
     outline_of,
 )
 from engine.tables import SLIDING, Floats
@@ -441,6 +442,12 @@ def is_impact_body(run: Run, sample: int, actor: int) -> bool:
 
 
 @inlined
+def _may_meet(plan: Plan, run: Run, sample: int, one: int, other: int) -> bool:
+    """Return True if impacts act on a body, a building or an actor on the level of actor `one`."""
+    return is_impact_body(run, sample, other) and (other >= len(plan.kinds) or on_one_level(run, one, other))
+
+
+@inlined
 def mark_reachable_walls(plan: Plan, run: Run, actor: int) -> None:
     """Store whether the segment of an actor may lead into a building; most segments need no further test."""
     begin = run.segments[actor, MotionSegment.BEGIN]
@@ -648,7 +655,7 @@ def _approaching_contacts(plan: Plan, run: Run, sample: int, part: float, bodies
             continue
         here = outline_on_segment(plan, run, one, part)
         for other in range(one + 1, reachable_bodies_end(plan, run, one)):
-            if not is_impact_body(run, sample, other) or cannot_reach(plan, run, here, here, other, part, part):
+            if not _may_meet(plan, run, sample, one, other) or cannot_reach(plan, run, here, here, other, part, part):
                 continue
             if _is_approaching(plan, run, Encounter(part, one, other), bodies, contacts, count):
                 count += 1
@@ -695,7 +702,8 @@ def _mark_overlaps(plan: Plan, run: Run, sample: int) -> None:
             continue
         run.actors[one, Memory.INSIDE] = 0.0
         for other in range(1, len(plan.kinds)):
-            if other != one and run.states[sample, other, State.PRESENT] != 0.0:
+            there_too = run.states[sample, other, State.PRESENT] != 0.0
+            if other != one and there_too and on_one_level(run, one, other):
                 here, there = outline_of(plan, run, sample, one), outline_of(plan, run, sample, other)
                 if contact_geometry(frame(here), frame(there)).gap < -FLAT:
                     run.actors[one, Memory.INSIDE] = run.actors[other, Memory.INSIDE] = 1.0
@@ -800,7 +808,8 @@ def _next_contact(
         for other in range(one + 1, reachable_bodies_end(plan, run, one)):
             if due[one, other] <= part or _is_struck_at(plan, run, one, part) or _is_struck_at(plan, run, other, part):
                 due[one, other] = NEVER
-                if is_impact_body(run, sample, other) and not cannot_reach(plan, run, before, after, other, part, 1.0):
+                meets = _may_meet(plan, run, sample, one, other)
+                if meets and not cannot_reach(plan, run, before, after, other, part, 1.0):
                     due[one, other] = _next_approach(plan, run, part, one, other, bodies, contacts)
             first = min(first, due[one, other])
     return first

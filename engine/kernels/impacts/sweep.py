@@ -12,7 +12,7 @@ from engine.kernels.approach import TOUCH, circles_apart, first_contact
 from engine.kernels.geometry import building
 from engine.kernels.impacts.motion import NEVER, beside
 from engine.kernels.jit import inlined
-from engine.kernels.run_state import Plan, Run, column_of, current_sample, end_run, outline_of
+from engine.kernels.run_state import Plan, Run, column_of, current_sample, end_run, on_one_level, outline_of
 from engine.vocabulary import Column, EndReason, State
 
 FEW = 5
@@ -54,7 +54,7 @@ def search_contact(plan: Plan, run: Run, low: int, high: int) -> FirstContact:
             lower, upper = min(one, other), max(one, other)
             before, after = outline_of(plan, run, sample, lower), outline_of(plan, run, sample + 1, lower)
             there, then = outline_of(plan, run, sample, upper), outline_of(plan, run, sample + 1, upper)
-            if circles_apart(before, after, there, then):
+            if circles_apart(before, after, there, then) or not on_one_level(run, lower, upper):
                 continue
             met = FirstContact(first_contact(before, after, there, then), lower, upper)
             if lower == 0 or _moves(run, sample, lower) or _moves(run, sample, upper):

@@ -103,6 +103,7 @@ def _pieces(network: Network) -> Iterator[tuple[str, tuple[Sequence[Any], int]]]
         yield name, ([getattr(regions.shape(region), name) for region in range(len(regions))], columns)
     yield "left", ([left for left, _ in bounds], 2)
     yield "right", ([right for _, right in bounds], 2)
+    yield "heights", ([network.heights], 6)
     for name in DRAWN:
         yield name, (() if network.drawn is None else getattr(network.drawn, name), 2)
 
@@ -138,6 +139,7 @@ def unpacked(contents: Contents, spec: MapFile) -> Network:
         _intersection(network, index, *row) for index, row in enumerate(text["intersections"])
     )
     network.links = _links(text)
+    network.heights = contents.arrays["heights"]
     network.signs = tuple(RoadSign(*map(_tuple_of, row)) for row in text["signs"])
     network.speed_limits = dict(text["limits"])
     bounds = zip(_parts(contents, "left"), _parts(contents, "right"), strict=True)

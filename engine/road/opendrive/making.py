@@ -52,6 +52,7 @@ class _Builder:
         self.plan = plan
         self.network = Network(spec, plan.left_hand, PathBook(NEAR, ALIKE), drawn=plan.drawn)
         self.network.remarks, self.network.levels, self.network.unread = plan.remarks, plan.levels, plan.unread
+        self.network.heights = plan.heights
         self.starts = {way.start for way in plan.links.ways}
         self.ends = {way.end for way in plan.links.ways}
 

@@ -1,13 +1,13 @@
 """The plan of a file: lanes with their centre lines, junctions and surfaces. Its computation is slow and cached.
 
-Lanes are in one plane here, so each place where roads pass over each other needs a note.
+Each place where roads pass over each other needs a note. Such a file has heights, by which actors keep their level.
 """
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,17 +34,25 @@ from engine.road.paths import Primitive
 from engine.road.regions import Shape
 from engine.tables import Floats
 from engine.unread import not_read
+from engine.vocabulary import LEVEL
 
 # -- roads that pass over each other -----------------------------------------------------------------------------------
 
 APART = 1.0
-"""Least difference in height between surfaces at different levels [m]; a car is about 1.5 m high."""
+"""Least difference in height between surfaces of which one passes over the other [m]; a car is about 1.5 m high."""
 SPACING = 5.0
 """Spacing of the places along a lane at which heights are compared [m]."""
 SAME_PLACE = 30.0
 """Distance along a road within which two of its places are on one level [m]: it may climb 1 m on the way."""
 TOUCHING = 0.01
 """Common area up to which surfaces only touch [m^2]."""
+ONE_PLANE = "less than a level, so that both are treated as one plane"
+STATIONS = 2.0
+"""Largest spacing of the points with heights along a lane [m]."""
+SLOPES = 11
+"""Number of places of a piece of an elevation profile at which its slope is computed."""
+FLAT = 0.001
+"""Slope up to which a road is flat."""
 MOST = 5
 """Maximum number of pairs of roads that are named; further pairs are counted."""
 
@@ -60,19 +68,64 @@ class Tile(NamedTuple):
     corners: tuple[tuple[float, float], ...]
 
 
-def levels(links: Links, found: Sequence[DrawnLane]) -> Iterator[str]:
-    """Yield the sentence about each pair of roads that cross at different heights."""
+class Levels(NamedTuple):
+    """Roads that pass over one another."""
+
+    apart: tuple[str, ...] = ()
+    """A sentence for each pair of roads on different levels."""
+    near: tuple[str, ...] = ()
+    """A sentence for each pair of roads that are less than a level apart."""
+    heights: Floats = np.zeros((0, 6))
+    """`Network.heights`"""
+
+
+def levels(links: Links, found: Sequence[DrawnLane]) -> Levels:
+    """Return the pairs of roads that cross at different heights, and the heights of all lanes if levels differ."""
     roads = links.network.roads
     if not any(road.heights for road in roads.values()):
-        return
+        return Levels()
     tiles = [
         tile for lane, each in zip(links.lanes, found, strict=True) for tile in _tiles(roads[lane.road], each, SPACING)
     ]
     places = _places(tiles)
+    apart = {pair: place for pair, place in places.items() if place[0] >= LEVEL}
+    near = {pair: place for pair, place in places.items() if place[0] < LEVEL}
+    close = tuple(f"{each}: {ONE_PLANE}" for each in _sentences(near))
+    return Levels(tuple(_sentences(apart)), close, _heights(links, found) if apart else Levels().heights)
+
+
+def _sentences(places: Mapping[tuple[str, str], tuple[float, float, float]]) -> Iterator[str]:
     for (below, above), (height, x, y) in list(places.items())[:MOST]:
         yield f"road `{above[:40]}` passes {height:.1f} m above road `{below[:40]}` near ({x:.1f}, {y:.1f})"
     if len(places) > MOST:
         yield f"so do {len(places) - MOST} more pairs of roads"
+
+
+def _steepest(roads: Iterable[OdrRoad]) -> str:
+    """Return the end of the sentence about the steepest slope of all roads; empty without slopes."""
+    slopes = [
+        (abs(row.b + (2.0 * row.c + 3.0 * row.d * ahead) * ahead), road.id)
+        for road in roads
+        for row, after in zip_longest(road.heights, road.heights[1:])
+        for ahead in np.linspace(0.0, max(0.0, (after.start if after else road.length) - row.start), SLOPES).tolist()
+    ]
+    slope, name = max((each for each in slopes if math.isfinite(each[0])), default=(0.0, ""))
+    return f"; slopes of up to {100.0 * slope:.1f} %, on road `{name[:40]}`" if slope >= FLAT else ""
+
+
+def _heights(links: Links, found: Sequence[DrawnLane]) -> Floats:
+    """Return the rows of `Network.heights`."""
+    rows: list[tuple[float, ...]] = []
+    for number, (lane, each) in enumerate(zip(links.lanes, found, strict=True)):
+        road = links.network.roads[lane.road]
+        for part in each.rows:
+            cuts = np.linspace(part.start, part.end, max(2, math.ceil((part.end - part.start) / STATIONS) + 1)).tolist()
+            ends = [(*part.beside(s, part.centre(s)), value_at(road.heights, s)) for s in cuts]
+            for (x, y, z), (x1, y1, z1) in pairwise(ends):
+                way = max((x1 - x) ** 2 + (y1 - y) ** 2, SAME**2)
+                slope = ((z1 - z) * (x1 - x) / way, (z1 - z) * (y1 - y) / way)
+                rows.append((0.5 * (x + x1), 0.5 * (y + y1), 0.5 * (z + z1), *slope, float(number)))
+    return np.array(rows).reshape(-1, 6)
 
 
 def _tiles(road: OdrRoad, lane: DrawnLane, spacing: float) -> Iterator[Tile]:
@@ -142,6 +195,8 @@ class Plan:
     remarks: tuple[str, ...]
     levels: tuple[str, ...]
     """Roads that pass over others, a sentence each."""
+    heights: Floats
+    """`Network.heights`"""
     unread: str
     """Content of the file that the reader does not read."""
 
@@ -173,6 +228,7 @@ def plan_of(path: str, digest: str) -> Plan:
     except NoSurface as lost:
         raise _without_surface(links, outlines, lost, Path(path).name) from None
     left_hand = any(road.left_hand for road in network.roads.values())
+    over = levels(links, found)
     return Plan(
         links,
         lanes,
@@ -181,9 +237,10 @@ def plan_of(path: str, digest: str) -> Plan:
         surface,
         Lines(kerbs, *_lines(links, borders)),
         left_hand,
-        tuple(remarks_on(network, links, found, left_out, junctions, areas)),
-        tuple(levels(links, found)),
-        not_read((*network.unread, *unread_lanes(network))),
+        (*remarks_on(network, links, found, left_out, junctions, areas), *over.near),
+        over.apart,
+        over.heights,
+        not_read((*network.unread, *unread_lanes(network))) + _steepest(network.roads.values()),
     )
 
 

@@ -39,6 +39,7 @@ LINES: dict[str, tuple[object, ...]] = {
     "test": ("test", "FILE", "--budget", 20, "--allow-collisions"),
     "compare": ("compare", "FILE", "FILE", "--budget", 20),
     "coverage": ("coverage", "FILE", "--budget", 20),
+    "suite": ("suite", "un-r152", "--ego", "EmergencyBrakeBehavior", "--only", "car M1/*/20", "--budget", 4),
 }
 ABOUT_A_FILE = ("FILE", "RUN")
 KEPT = ("kept in", "to go on", "compil")

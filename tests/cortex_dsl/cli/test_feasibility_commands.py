@@ -184,7 +184,7 @@ def test_a_target_needs_a_sample(cortexc: Command, left_turn: Path) -> None:
 def test_pruned_sample(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
     """Fewer attempts, other verdicts for what cannot be, nothing else."""
     plain, pruned = (cortexc(left_turn, "--sample", "2000", "--json", *flag).document for flag in ((), ("--prune",)))
-    assert pruned["attempts"] < 0.05 * plain["attempts"]
+    assert pruned["attempts"] < 0.3 * plain["attempts"]
     assert pruned["verdicts"]["valid"] == pytest.approx(plain["verdicts"]["valid"], rel=0.1)
     assert pruned["verdicts"]["infeasible"] > 0
     assert (plain["pruned"], pruned["pruned"]) == (False, True)

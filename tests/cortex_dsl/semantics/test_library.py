@@ -30,6 +30,8 @@ NEEDED = {
     "laneSectionToSwitch": "across.startLane",
     "reference_actor": "ego",
     "x": "0.4",
+    "distance": "3 m",
+    "deceleration": "2 m/s^2",
     "track": '"time,x,y,heading,speed\\n0,0,0,0,8\\n1,8,0,0,8"',
 }
 """Argument for each parameter without a default, and for `trajectory`; a new parameter needs a row here."""

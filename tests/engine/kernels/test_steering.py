@@ -45,6 +45,18 @@ class Track:
         y = states[:, State.Y] - to_center * np.sin(heading)
         return self.network.paths.feet(self.path, x, y)
 
+    def offsets(self, states, kind=CAR):
+        """Arc length of the rear axle and its offset to the left of the path at each sample."""
+        s, offset = self.rear_axle(states, kind)
+        to_center = MODELS[kind].rear_to_center
+        for k, (station, state) in enumerate(zip(s, states, strict=True)):
+            foot, heading = self.network.paths.pose(self.path, station), state[State.HEADING]
+            x, y = state[State.X] - to_center * math.cos(heading), state[State.Y] - to_center * math.sin(heading)
+            offset[k] = math.copysign(
+                offset[k], (y - foot.y) * math.cos(foot.heading) - (x - foot.x) * math.sin(foot.heading)
+            )
+        return s, offset
+
 
 @pytest.fixture(scope="module")
 def straight(hand) -> Track:
@@ -126,3 +138,32 @@ def test_the_route_ends_where_the_centre_reaches_its_end(straight: Track) -> Non
     states = straight.follow(20.0, 20.0)
     assert states[-1, State.X] >= 400.0
     assert states[-2, State.X] < 400.0
+
+
+QUINTIC = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
+WHEELS = (CAR, ActorKind.TRUCK, ActorKind.BUS, ActorKind.BICYCLE, ActorKind.MOTORCYCLE)
+
+
+@pytest.mark.parametrize("kind", WHEELS)
+@pytest.mark.parametrize("curvature", [0.0, 1 / 20, -1 / 20, 1 / 40, -1 / 100])
+@pytest.mark.parametrize("offsets", [(0.0, 0.6), (0.7, -0.8), (-1.2, -1.2), (0.3, 2.5)])
+@pytest.mark.parametrize("speed", [3.0, 8.0, 14.0])
+def test_an_offset_is_approached_along_the_quintic(hand, kind, curvature: float, offsets, speed: float) -> None:
+    """On straights and arcs the rear axle stays within 5 cm of the curve, while the offset changes and after it."""
+    begin, end = offsets
+    speed = min(speed, math.sqrt(2.5 / abs(curvature)) if curvature else speed)
+    track = Track(hand, (curvature, min(140.0, 3.0 / abs(curvature)) if curvature else 140.0))
+    code = hand.assembler(kind)
+    block, (path, target) = code.behaviour(0), map(hand.literal, (track.path, speed))
+    settled = track.network.paths.add([Primitive(0.0, 0.0, 0.0, curvature, 30.0)])
+    code.follow(block, hand.literal(settled), target, aside=hand.literal(begin))
+    code.follow(block, path, target, progress=1, aside=hand.literal(end))
+    code.emit(Op.HALT)
+    scene = hand.scenes([hand.placed(kind, MODELS[kind].rear_to_center, begin, 0, speed)])
+    states = hand.states(code.program(road_tables(track.network)), scene, max_time=50.0)[:, 0]
+    s, offset = track.offsets(states, kind)
+    first = np.argmax(s > 30.0 - MODELS[kind].rear_to_center)
+    last = first + np.argmax(s[first:] >= track.network.paths.length(track.path) - 5.0)
+    s, offset, length = s[first:last], offset[first:last], max(math.sqrt(115.6 * abs(end - begin)), 3.5 * speed, 1.0)
+    curve = begin + (end - begin) * QUINTIC(np.clip((s - s[0]) / length, 0, 1))
+    assert np.abs(offset - curve).max() <= 0.05

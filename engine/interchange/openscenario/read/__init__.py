@@ -30,11 +30,11 @@ from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
-from engine.interchange.road_levels import LEVEL, level_notes
+from engine.interchange.road_levels import level_notes
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrNetwork
 from engine.unread import unread_elements
-from engine.vocabulary import State
+from engine.vocabulary import LEVEL, State
 from engine.xml import LIMITS, NUMBER, Limits, Node, read_xml
 
 # -- elements that are read --------------------------------------------------------------------------------------------

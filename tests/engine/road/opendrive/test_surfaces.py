@@ -114,21 +114,23 @@ LOW, HIGH = (road(name, section(right=[lane(-1)]), length=100.0, place=place) fo
 @pytest.mark.parametrize(
     ("first", "second", "codes"),
     [
-        (LOW, HIGH, {"SCN459", "SCN466"}),
-        (LOW, HIGH.replace('a="8.0"', 'a="0.5"'), {"SCN466"}),
+        (LOW, HIGH, {"SCN459"}),
+        (LOW, HIGH.replace('a="8.0"', 'a="2.4"'), {"SCN449"}),
+        (LOW, HIGH.replace('a="8.0"', 'a="0.5"'), set()),
+        (LOW, HIGH.replace('b="0"', 'b="0.0001"', 1), {"SCN459", "SCN466"}),
         (LOW, HIGH.replace('a="8.0"', 'a="0"'), set()),
-        (LOW, HIGH.replace('x="0.0"', 'x="80.0"'), {"SCN466"}),
+        (LOW, HIGH.replace('x="0.0"', 'x="80.0"'), set()),
     ],
 )
 def test_roads_that_pass_over_one_another_are_named(first: str, second: str, codes: set[str], tmp_path: Path) -> None:
-    """A warning says where, and that they are in one plane; heights that do not matter get none."""
+    """A note says where, and what levels mean; heights that do not matter get none."""
     path = written(tmp_path, first, second)
     text = f'map opendrive("{path}")\nego = new Car on network.lanes[0]\n'
     found = {each.code: each for each in compile_source(Source("levels.scn", text)).diagnostics}
     assert found.keys() == codes
     if "SCN459" in codes:
         assert "road `2` passes 8.0 m above road `1` near (1.8, -1.8)" in found["SCN459"].message
-        assert "one plane" in found["SCN459"].message
+        assert "2.5 m or more apart" in found["SCN459"].reason
 
 
 def test_a_section_beyond_the_end_of_its_road_is_named(tmp_path: Path) -> None:

@@ -1,0 +1,577 @@
+"""Runs of a suite. Prints nothing.
+
+Each cell has the nominal test, the probability of a failure within the tolerances of the document, the least deviation
+at which it fails, and the answers of reference drivers.
+
+The result of a cell depends on the cell, the driver and the plan only: its random numbers follow from its place in the
+whole table. Params that no cell holds are deviations, in units of their tolerance; the nominal test has 0.
+"""
+
+import math
+import re
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from itertools import product
+from pathlib import Path
+from shlex import join
+
+import numpy as np
+
+from cortex_dsl.api.concrete import map_copies
+from cortex_dsl.api.contenders import Contender, NotComparableError, Side, SideKind, contender, side_of
+from cortex_dsl.api.limits import MOST_RUNS, Budget, budget_of
+from cortex_dsl.api.seeded_runs import KMH, OnRuns, Prepare, check_mistake, check_seed, drive, end_numbers, touched
+from cortex_dsl.api.suite_tables import IMPACTS, Cell, Group, Suite, SuiteError, suite_of
+from cortex_dsl.api.testing import results_of_files
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.plain_text import as_argument
+from cortex_dsl.report.findings.suite_report import (
+    CellResult,
+    Deviation,
+    GroupResult,
+    Outcome,
+    SearchedRange,
+    SuiteReport,
+)
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from engine.driving.blocks import BLOCK as DRIVER_BLOCK
+from engine.errors import ControllerError
+from engine.gates.ratings import COLOURS, RED, Colour, colours
+from engine.references import NAMES, OUT_OF_RANGE
+from engine.sampling import draw_genomes, sample
+from engine.scenes import Scenes
+from engine.search.statistics import clopper_pearson
+from engine.streams import key_rows
+from engine.tables import Bools, Floats, Ints
+from engine.verdicts import answers_and_margins
+from engine.vocabulary import RECORDS, Answer, Method, Verdict
+
+RUNS = 200
+"""Runs of a cell by default."""
+EGO_SPEED = "EGO_SPEED"
+"""Name of the speed of the ego in the scenarios of a suite, in which a behavior can be named without arguments."""
+BLIND = f"ConstantSpeedBehavior({EGO_SPEED})"
+"""Ego whose run reference drivers judge."""
+FEWEST, USUAL_RATE, SHARE_OF_DRAWS = 16, 500.0, 0.7
+"""With a budget of time: fewest runs of a cell, runs in a second before any was measured, and share of the time for the
+runs within the tolerances; the search for the least deviation has the rest.
+"""
+CORNERS = 6
+"""Number of deviations up to which every corner of the tolerances is tried."""
+RAYS = 16
+"""Failing runs from which a search goes back towards the nominal test."""
+HALVINGS = 10
+ROUNDS, NEARBY = 3, 64
+"""Rounds of draws within the least deviation so far, and their number."""
+ANSWERS = {Answer.AVOIDS: "avoids", Answer.COLLIDES: "collides", Answer.STRUCK: "struck", **OUT_OF_RANGE}
+
+
+@dataclass(frozen=True)
+class SuitePlan:
+    """Settings of a run of a suite."""
+
+    side: Side
+    budget: Budget = field(default_factory=lambda: budget_of(RUNS))
+    seed: int = 0
+    jobs: int = 1
+    folder: Path | None = None
+    """Folder of the results, in which cases are kept; None: none is kept."""
+
+
+OnGroup = Callable[[GroupResult], None]
+
+
+def run_suite(
+    name: str,
+    ego: str,
+    *,
+    only: Sequence[str] = (),
+    budget: int | str = RUNS,
+    seed: int = 0,
+    block: int = DRIVER_BLOCK,
+    observe: str = RECORDS,
+    jobs: int = 1,
+) -> SuiteReport:
+    """Run the cells of a suite with a driver.
+
+    Args:
+        name: a suite of the package, or a folder with a `suite.toml`.
+        ego: a driver (`python:…`, `process:…`) or a behavior of the language.
+        only: patterns of cells or groups.
+        budget: runs of each cell within the tolerances, or a time for all cells such as `"90s"`.
+        seed: seed of the runs.
+        block: scenes in one query of a driver.
+        observe: what a driver observes, `records` or `egocentric`.
+        jobs: processes; the result does not depend on it.
+
+    Raises:
+        SuiteError: there is no such suite, its table cannot be used, or a pattern matches no cell.
+        ArgumentError: the driver names nothing, or a number cannot be.
+        ControllerError: the driver cannot be loaded.
+    """
+    plan = SuitePlan(side_of(ego, None, block, observe), budget_of(budget), seed, jobs)
+    suite = suite_of(name)
+    return run_plan(suite.only(only) if only else suite, plan)
+
+
+def run_plan(
+    suite: Suite,
+    plan: SuitePlan,
+    on_group: OnGroup | None = None,
+    on_runs: OnRuns | None = None,
+    prepare: Prepare | None = None,
+    command: Sequence[str] = (),
+) -> SuiteReport:
+    """Run all groups; `on_group` is called with each result, in the order of the table.
+
+    A KeyboardInterrupt ends the run with the groups that are done.
+
+    Raises:
+        ArgumentError: the seed cannot be.
+        SuiteError: a cell does not fit its scenario.
+        WorkersLostError: a worker process was killed.
+    """
+    check_seed(plan.seed)
+    started, results = time.monotonic(), list[GroupResult]()
+    try:
+        for result in results_of_files(run_group, suite.groups, plan, started, on_runs, prepare):
+            results.append(result)
+            if on_group is not None:
+                on_group(result)
+    except KeyboardInterrupt:
+        pass
+    cells = [cell for group in results for cell in group.cells]
+    broken = [
+        cell.id
+        for cell in cells
+        if cell.colour not in (None, Colour.GREEN) and any(fnmatchcase(cell.id, each) for each in suite.entry)
+    ]
+    return SuiteReport(
+        suite=suite.name,
+        title=suite.title,
+        edition=suite.edition,
+        notes=suite.notes,
+        driver=plan.side.word,
+        groups=tuple(results),
+        seed=plan.seed,
+        budget=plan.budget.text,
+        command=join(command),
+        timed=math.isfinite(plan.budget.seconds),
+        entry=tuple(broken),
+        not_done=len(suite.groups) - len(results),
+        seconds=time.monotonic() - started,
+    )
+
+
+def run_group(
+    group: Group,
+    plan: SuitePlan,
+    seconds: float = math.inf,
+    on_runs: OnRuns | None = None,
+    prepare: Prepare | None = None,
+) -> GroupResult:
+    """Return the results of the cells of a group, which share `seconds`.
+
+    Raises:
+        SuiteError: a cell does not fit the scenario.
+    """
+    started = time.monotonic()
+    result = GroupResult(group.name, (), group.points)
+    if group.file is None:
+        return replace(result, cells=tuple(_not_run(cell, cell.reason) for cell in group.cells))
+    result = replace(result, file=group.file.name)
+    try:
+        side = contender(_with_speed(plan.side), group.file)
+        if prepare is not None:
+            prepare(side.scenario)
+        done = _Running(group, plan, side, started + seconds, on_runs).finished()
+        result = replace(done, file=result.file, digest=side.program.digest)
+    except CompileError as error:
+        found = tuple(_not_run(cell, f"{group.file.name} has errors") for cell in group.cells)
+        diagnostics = tuple(error.diagnostics)
+        result = replace(result, cells=found, error=error, source=error.source, diagnostics=diagnostics)
+    except (ControllerError, NotComparableError) as error:
+        reason = error.message.replace(str(group.file), group.file.name)
+        found = tuple(_not_run(cell, reason) for cell in group.cells)
+        result = replace(result, cells=found, refusal=reason)
+    return replace(result, seconds=time.monotonic() - started)
+
+
+def _with_speed(side: Side) -> Side:
+    """Return a side that is a bare name with the speed of the ego as its argument."""
+    row = BUILTINS.get(side.word.strip())
+    if side.kind is not SideKind.BEHAVIOUR or row is None:
+        return side
+    names = [parameter.name for parameter in row.parameters]
+    if "behavior" in names:
+        return replace(side, word=f"{row.name}(FollowLaneBehavior({EGO_SPEED}))")
+    speed = next((name for name in ("target_speed", "speed") if name in names), None)
+    return replace(side, word=f"{row.name}({speed}={EGO_SPEED})") if speed else side
+
+
+def _cell(cell: Cell, outcome: Outcome, **known: object) -> CellResult:
+    parts = {
+        name: getattr(cell, name) for name in ("id", "group", "range", "params", "rule", "limit", "source", "status")
+    }
+    return CellResult(**parts, outcome=outcome, **known)  # type: ignore[arg-type]
+
+
+def _not_run(cell: Cell, reason: str) -> CellResult:
+    return _cell(cell, Outcome.NOT_RUN, reason=reason)
+
+
+# -- runs --------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """Judged runs of one cell."""
+
+    scenes: Scenes
+    genomes: Floats
+    valid: Bools
+    contact: Bools
+    impact: Floats
+    """(n,) Impact speed [km/h]; NaN without contact."""
+    colour: Ints
+    """(n,) Place in `COLOURS`."""
+    events: Callable[[int], str]
+
+    @property
+    def failed(self) -> Bools:
+        return self.valid & (self.colour == RED)
+
+
+class _Running:
+    """Runs of the cells of a group."""
+
+    def __init__(self, group: Group, plan: SuitePlan, side: Contender, until: float, on_runs: OnRuns | None) -> None:
+        self.group, self.plan, self.side = group, plan, side
+        self.started, self.until, self.on_runs = time.monotonic(), until, on_runs
+        self.cells_left = len(group.cells)
+        self.space = side.program.space
+        self.blind = None if group.file is None else _blind(group.file)
+        self.runs = 0
+        self.files: dict[str, bytes] = {}
+
+    def finished(self) -> GroupResult:
+        """Return the results of all cells.
+
+        Raises:
+            CompileError: a run met a mistake of the file.
+            SuiteError: a cell does not fit the scenario.
+        """
+        genomes = [self._nominal(cell) for cell in self.group.cells]
+        cells = list[CellResult]()
+        for number, (cell, genome) in enumerate(zip(self.group.cells, genomes, strict=True)):
+            cells.append(self._cell(cell, genome))
+            self.cells_left -= 1
+            if self.on_runs is not None:
+                self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
+        return GroupResult(self.group.name, tuple(cells), self.group.points, runs=self.runs, files=self.files)
+
+    def _nominal(self, cell: Cell) -> Floats:
+        """Return (d,) the genome of the nominal test.
+
+        Raises:
+            SuiteError: a param is missing, unknown, or out of its range.
+        """
+        space, file = self.space, self.group.file
+        assert file is not None
+        genome = np.zeros(len(space))
+        held = {name: value for name, value in cell.params.items() if not isinstance(value, str)}
+        for name in (*held, *cell.search):
+            if name not in space.names:
+                raise SuiteError(
+                    f"cell `{cell.id}` holds `{name}`, which is no param of {file.name}", "correct the table"
+                )
+        for gene, name in enumerate(space.names):
+            low, high = cell.search.get(name, (held.get(name, 0.0),) * 2)
+            if not space.low[gene] <= low <= high <= space.high[gene]:
+                ends = f"{space.low[gene]:g} to {space.high[gene]:g} {space.units[gene]}".rstrip()
+                what = "holds no value of" if name not in {*held, *cell.search} else f"has {low:g} to {high:g} for"
+                raise SuiteError(f"cell `{cell.id}` {what} `{name}` of {file.name}", f"give one from {ends}")
+            genome[gene] = low
+        return genome
+
+    def _free(self, cell: Cell) -> Ints:
+        """Return the genes that are deviations."""
+        held = {*cell.params, *cell.search}
+        return np.array([gene for gene, name in enumerate(self.space.names) if name not in held], dtype=np.int64)
+
+    def _cell(self, cell: Cell, genome: Floats) -> CellResult:
+        """Return the result of a cell; a driver that fails in it fails in no other."""
+        try:
+            return self._searched(cell, genome) if cell.search else self._tested(cell, genome)
+        except ControllerError as error:
+            return _cell(cell, Outcome.ERROR, reason=error.message)
+
+    def _tested(self, cell: Cell, genome: Floats) -> CellResult:
+        nominal = self._run(cell, genome[np.newaxis], 0)
+        if not nominal.valid[0]:
+            return _not_run(cell, "the nominal test has no valid scene")
+        outcome = Outcome.FAIL if nominal.failed[0] else Outcome.PASS
+        found = replace(self._described(cell, outcome, nominal, 0), references=self._references(cell, nominal.genomes))
+        drawn = self._drawn(cell, genome)
+        if drawn is not None:
+            runs, failures = int(drawn.valid.sum()), int(drawn.failed.sum())
+            interval = clopper_pearson(failures, runs)
+            found = replace(found, runs=runs, failures=failures, low=interval.low, high=interval.high)
+        before = self.runs
+        least = self._least(cell, genome, nominal, drawn)
+        return replace(found, deviation=least, deviation_runs=self.runs - before)
+
+    def _described(self, cell: Cell, outcome: Outcome, judged: _Judged, row: int) -> CellResult:
+        return _cell(
+            cell,
+            outcome,
+            colour=COLOURS[int(judged.colour[row])],
+            contact=bool(judged.contact[row]),
+            impact=float(judged.impact[row]),
+            event=judged.events(row),
+        )
+
+    def _drawn(self, cell: Cell, genome: Floats) -> _Judged | None:
+        """Return runs with deviations that are uniform within the tolerances; None without a deviation."""
+        free = self._free(cell)
+        if not len(free):
+            return None
+        count = self._budget()
+        keys = self._keys(cell, count)
+        genomes = np.tile(genome, (count, 1))
+        genomes[:, free] = draw_genomes(self.space, keys)[:, free]
+        return self._run(cell, genomes, 0)
+
+    def _budget(self) -> int:
+        """Return the number of runs of a cell: that of the plan, or those that fit into its share of the time left."""
+        if math.isinf(self.until):
+            return self.plan.budget.runs
+        now = time.monotonic()
+        rate = self.runs / max(now - self.started, 1e-3) if self.runs > FEWEST else USUAL_RATE
+        share = max(0.0, self.until - now) / max(1, self.cells_left)
+        return int(min(max(FEWEST, SHARE_OF_DRAWS * share * rate), MOST_RUNS))
+
+    def _keys(self, cell: Cell, count: int, first: int = 0) -> Ints:
+        return key_rows(self.plan.seed, Method.SAMPLE, 0, cell.number, np.arange(first, first + count))
+
+    def _run(self, cell: Cell, genomes: Floats, first: int) -> _Judged:
+        """Drive and judge scenes with these genomes (n, d).
+
+        Raises:
+            CompileError: a run met a mistake of the file.
+            ControllerError: the driver fails in a run.
+        """
+        side, scenario = self.side, self.side.scenario
+        keys = self._keys(cell, len(genomes), first)
+        scenes = sample(side.program, genomes, keys, scenario.config.simulation, self.plan.jobs)
+        driver = None if side.driver is None else side.driver.without_history()
+        done = drive(scenario, driver, scenes, self.plan.jobs)
+        check_mistake(scenario, done, cell.id)
+        if done.failures:
+            raise done.failures[0]
+        self.runs += len(genomes)
+        outcomes, rows = done.outcomes, np.arange(len(genomes))
+        contact = touched(outcomes)
+        pair = np.maximum(outcomes.contact_actors[:, 1] - 1, 0)
+        ego, other = outcomes.ego_speed[rows, pair] * KMH, outcomes.other_speed[rows, pair] * KMH
+        impact = np.where(contact, ego + IMPACTS[self.group.impact] * other, np.nan)
+        reduction = genomes[:, self.space.names.index("SPEED")] - ego if "SPEED" in self.space.names else -ego
+        speed = float(cell.params.get("SPEED", 0.0))
+        colour = colours(cell.rule, speed, contact, np.nan_to_num(impact), np.nan_to_num(reduction), cell.limit)
+
+        def event(row: int) -> str:
+            return end_numbers(side.program, outcomes, row)[0]
+
+        return _Judged(done.scenes, genomes, outcomes.verdict == Verdict.VALID, contact, impact, colour, event)
+
+    # -- the least deviation
+
+    def _least(self, cell: Cell, genome: Floats, nominal: _Judged, drawn: _Judged | None) -> Deviation | None:
+        """Return the least deviation found at which the cell fails; None if no run within the tolerances does.
+
+        Corners of the tolerances and the drawn runs come first. From failing ones the way back to the nominal test is
+        halved, and draws within the least deviation so far follow.
+        """
+        if nominal.failed[0]:
+            return self._deviation(cell, genome, nominal, 0)
+        free = self._free(cell)
+        if drawn is None or not len(free):
+            return None
+        first = len(drawn.genomes)
+        corners = np.tile(genome, (2 ** min(len(free), CORNERS), 1))
+        ends = np.array([(self.space.low[gene], self.space.high[gene]) for gene in free])
+        corners[:, free[:CORNERS]] = np.array(list(product(*ends[:CORNERS])))
+        tried = [drawn, self._run(cell, corners, first)]
+        first += len(corners)
+        best: tuple[float, _Judged, int] | None = None
+        for round_ in range(ROUNDS + 1):
+            failing = np.concatenate([each.genomes[each.failed] for each in tried])
+            if len(failing):
+                order = np.argsort(self._sizes(failing, free), kind="stable")[:RAYS]
+                best, first = self._halved(cell, genome, failing[order], free, first, best)
+            if best is None or round_ == ROUNDS:
+                break
+            nearby = np.tile(genome, (NEARBY, 1))
+            drawn_again = draw_genomes(self.space, self._keys(cell, NEARBY, first))[:, free]
+            nearby[:, free] = best[0] * drawn_again
+            tried = [self._run(cell, nearby, first)]
+            first += NEARBY
+        return None if best is None else self._deviation(cell, genome, best[1], best[2])
+
+    def _sizes(self, genomes: Floats, free: Ints) -> Floats:
+        """Return (n,) the largest share of a tolerance that each genome uses."""
+        values = genomes[:, free]
+        low, high = (np.array([end[gene] for gene in free]) for end in (self.space.low, self.space.high))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = np.where(values > 0.0, values / high, np.where(values < 0.0, values / low, 0.0))
+        return np.asarray(shares.max(axis=1), dtype=np.float64)
+
+    def _halved(
+        self,
+        cell: Cell,
+        genome: Floats,
+        failing: Floats,
+        free: Ints,
+        first: int,
+        best: tuple[float, _Judged, int] | None,
+    ) -> tuple[tuple[float, _Judged, int], int]:
+        """Return the least failing deviation on the ways from failing genomes to the nominal one."""
+        passes, fails = np.zeros(len(failing)), np.ones(len(failing))
+        for halving in range(HALVINGS + 1):
+            middle = fails if not halving else 0.5 * (passes + fails)
+            between = np.tile(genome, (len(failing), 1))
+            between[:, free] = middle[:, np.newaxis] * failing[:, free]
+            judged = self._run(cell, between, first)
+            first += len(failing)
+            bad = judged.failed
+            sizes = np.where(bad, self._sizes(between, free), np.inf)
+            row = int(np.argmin(sizes))
+            if bad[row] and (best is None or sizes[row] < best[0]):
+                best = float(sizes[row]), judged, row
+            if halving:
+                passes, fails = np.where(bad, passes, middle), np.where(bad, middle, fails)
+        assert best is not None
+        return best, first
+
+    def _deviation(self, cell: Cell, genome: Floats, judged: _Judged, row: int) -> Deviation:
+        free = self._free(cell)
+        values = judged.genomes[row]
+        case = self._kept(cell, judged.scenes, row)
+        words = self.side.command[1:] if self.side.driver is not None else ()
+        return Deviation(
+            size=float(self._sizes(values[np.newaxis], free)[0]) if len(free) else 0.0,
+            params={self.space.names[gene]: float(values[gene]) for gene in free if values[gene] != genome[gene]},
+            colour=COLOURS[int(judged.colour[row])],
+            impact=float(judged.impact[row]),
+            event=judged.events(row),
+            case=case,
+            replay=join(["cortexc", as_argument(self.plan.folder / case), *words]) if case and self.plan.folder else "",
+        )
+
+    def _kept(self, cell: Cell, scenes: Scenes, row: int) -> str:
+        """Keep a run as a scenario of its own; return its place."""
+        if self.plan.folder is None:
+            return ""
+        name = re.sub(r"[^\w.+-]+", "-", cell.id) + ".scn"
+        texts = self.side.scenario.concrete_files(scenes, row, remark=f"{cell.id}: fails", name=name)
+        self.files |= {f"cases/{each}": text.encode() for each, text in texts.items()}
+        self.files |= {f"cases/{each}": content for each, content in map_copies(self.side.program).items()}
+        return f"cases/{name}"
+
+    # -- ranges
+
+    def _searched(self, cell: Cell, genome: Floats) -> CellResult:
+        """Search ranges of params for a contact."""
+        names = list(cell.search)
+        genes = np.array([self.space.names.index(name) for name in names])
+        ends = np.array([cell.search[name] for name in names])
+        shares = spread(self._budget(), len(names))
+        genomes = np.tile(genome, (len(shares), 1))
+        genomes[:, genes] = ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
+        judged = self._run(cell, genomes, 0)
+        failing = np.flatnonzero(judged.failed)
+        if not judged.valid.any():
+            return _not_run(cell, "no test of the range has a valid scene")
+        worst = failing[np.argmax(judged.impact[failing])] if len(failing) else np.argmax(judged.valid)
+        row = int(worst)
+        found = self._described(cell, Outcome.FAIL if len(failing) else Outcome.PASS, judged, row)
+        ranges = largest_ranges(genomes[judged.valid][:, genes], judged.failed[judged.valid], ends)
+        units = {name: self.space.units[gene] for name, gene in zip(names, genes, strict=True)}
+        runs = int(judged.valid.sum())
+        searched = SearchedRange(runs, len(failing), dict(zip(names, ranges, strict=True)), units)
+        found = replace(found, references=self._references(cell, genomes))
+        least = self._deviation(cell, genome, judged, row) if len(failing) else None
+        if least is not None:
+            values = {name: float(genomes[row, gene]) for name, gene in zip(names, genes, strict=True)}
+            least = replace(least, size=0.0, params=values)
+        return replace(found, searched=searched, deviation=least)
+
+    # -- reference drivers
+
+    def _references(self, cell: Cell, genomes: Floats) -> dict[str, str]:
+        """Return the answer of each reference driver, or the number of tests that it avoids of several.
+
+        The tests have these genomes (n, d), and an ego that keeps its speed; {} if none can in the file.
+        """
+        if self.blind is None:
+            return {}
+        program, config = self.blind.program, self.blind.scenario.config
+        scenes = sample(program, genomes, self._keys(cell, len(genomes)), config.simulation, self.plan.jobs)
+        answers, _ = answers_and_margins(
+            program, scenes, config.simulation, config.contact, self.plan.jobs, NAMES, measured=False
+        )
+        if len(genomes) == 1:
+            return {name: ANSWERS[Answer(said)] for name, said in zip(NAMES, answers[0], strict=True) if said >= 0}
+        avoids, collides = ((answers == said).sum(axis=0).tolist() for said in (Answer.AVOIDS, Answer.COLLIDES))
+        counts = zip(NAMES, avoids, collides, strict=True)
+        return {name: f"avoids {most:,} of {most + rest:,}" for name, most, rest in counts if most + rest}
+
+
+def _blind(file: Path) -> Contender | None:
+    """Return an ego that keeps its speed; None if none can drive in the file."""
+    try:
+        return contender(Side(BLIND, SideKind.BEHAVIOUR), file)
+    except (CompileError, NotComparableError):
+        return None
+
+
+# -- points that fill a range ------------------------------------------------------------------------------------------
+
+
+def spread(count: int, dimensions: int) -> Floats:
+    """Return (count, dimensions) points that fill [0, 1]: equally spaced with both ends in one dimension, else those of
+    the lattice of Kronecker with the generalised golden ratio, and the corners.
+
+    Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences".
+    """
+    if dimensions == 1:
+        return np.linspace(0.0, 1.0, max(2, count))[:, np.newaxis]
+    ratio = 2.0
+    for _ in range(64):
+        ratio = (1.0 + ratio) ** (1.0 / (dimensions + 1))
+    steps = ratio ** -np.arange(1.0, dimensions + 1.0)
+    inside = (0.5 + np.arange(1, count + 1)[:, np.newaxis] * steps) % 1.0
+    return np.concatenate([np.array(list(product((0.0, 1.0), repeat=dimensions))), inside])
+
+
+def largest_ranges(points: Floats, failed: Bools, ends: Floats) -> Iterator[tuple[float, float]]:
+    """Yield for each param the range of the most points (n, d) that lie between failing ones; NaN if all fail.
+
+    Its ends are points; without a failing one they are those of the range searched (d, 2).
+    """
+    if not failed.any():
+        yield from map(tuple, ends.tolist())
+        return
+    for column in range(len(ends)):
+        order = np.argsort(points[:, column], kind="stable")
+        kept = np.split(points[order, column], np.flatnonzero(failed[order]))
+        inside = [part[1:] if number else part for number, part in enumerate(kept)]
+        most = max(inside, key=len)
+        yield (float(most[0]), float(most[-1])) if len(most) else (math.nan, math.nan)
+
+
+def suite_files(suite: Suite) -> Mapping[str, Path]:
+    """Return the files of a suite by name."""
+    return {path.name: path for path in sorted(suite.folder.iterdir()) if path.is_file()}

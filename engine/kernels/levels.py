@@ -1,0 +1,145 @@
+"""Levels: actors meet, see, obstruct and strike one another only while their heights differ by less than a headroom.
+
+A road with bridges has a table of heights: points along the centres of all lanes, with height and slope. The height of
+an actor is continuous: at each sample it is that of the nearest point whose height is near that of the sample before.
+So an actor keeps the level of its road, through links and up ramps. It begins on the lane that it faces along
+(`nearest_lane`). On a road without bridges there is no table, and all heights are 0. Slopes have no effect on motion.
+"""
+
+import math
+
+from engine.kernels.jit import deferred, inlined, kernel
+from engine.kernels.nearest_lane import lane_nearest
+from engine.kernels.run_state import HOSTED, Memory, Plan, Run, Status
+from engine.tables import Floats, RoadTables
+from engine.vocabulary import LEVEL, State
+
+SAME_SURFACE = 0.5 * LEVEL
+"""Largest change of an actor's height in a step [m]: a point farther from its height belongs to another surface."""
+HEIGHT_X, HEIGHT_Y, HEIGHT, SLOPE_X, SLOPE_Y, LANE = range(6)
+"""Columns of `RoadTables.heights`."""
+FRAME_X, FRAME_Y, SIDE, COLUMNS, ROWS = range(5)
+"""Entries of `RoadTables.height_frame`."""
+
+
+@kernel
+def height_near(road: RoadTables, x: float, y: float, before: float, lane: int) -> float:
+    """Return the height of the road at a place [m], near the height `before`; or (`lane` >= 0) that of a lane.
+
+    `before` if there is no such road within a cell of the place, as beside the road.
+    """
+    side = road.height_frame[SIDE]
+    columns, rows = int(road.height_frame[COLUMNS]), int(road.height_frame[ROWS])
+    column = math.floor((x - road.height_frame[FRAME_X]) / side)
+    row = math.floor((y - road.height_frame[FRAME_Y]) / side)
+    least, height = math.inf, before
+    for across in range(max(row - 1, 0), min(row + 2, rows)):
+        for along in range(max(column - 1, 0), min(column + 2, columns)):
+            cell = across * columns + along
+            for at in range(road.height_start[cell], road.height_start[cell + 1]):
+                point = road.heights[at]
+                dx, dy = x - point[HEIGHT_X], y - point[HEIGHT_Y]
+                there = point[HEIGHT] + dx * point[SLOPE_X] + dy * point[SLOPE_Y]
+                fits = point[LANE] == lane if lane >= 0 else abs(there - before) < SAME_SURFACE
+                if fits and dx * dx + dy * dy < least:
+                    least, height = dx * dx + dy * dy, there
+    return height
+
+
+@kernel
+def first_height(road: RoadTables, x: float, y: float, heading: float) -> float:
+    """Return the height at which an actor enters the scene [m]: that of the lane that it faces along."""
+    return height_near(road, x, y, 0.0, lane_nearest(road, x, y, heading))
+
+
+@deferred()
+def enter_level(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """Store the height of an actor that enters the scene."""
+    pose = run.states[sample, actor]
+    run.actors[actor, Memory.HEIGHT] = first_height(plan.road, pose[State.X], pose[State.Y], pose[State.HEADING])
+
+
+@deferred()
+def keep_levels(plan: Plan, run: Run, sample: int) -> None:
+    """Store the heights of all actors at a sample, by those of the sample before."""
+    for actor in range(len(plan.kinds)):
+        pose = run.states[sample, actor]
+        if pose[State.PRESENT] != 0.0 and run.actors[actor, Memory.FREE] != HOSTED:
+            before = run.actors[actor, Memory.HEIGHT]
+            run.actors[actor, Memory.HEIGHT] = height_near(plan.road, pose[State.X], pose[State.Y], before, -1)
+
+
+@kernel
+def trace_heights(road: RoadTables, states: Floats, samples: int, heights: Floats) -> None:
+    """Write the heights of all actors [m] at the first samples of a record; those of absent actors are undefined."""
+    for actor in range(states.shape[1]):
+        present = False
+        for k in range(samples):
+            pose = states[k, actor]
+            if pose[State.PRESENT] == 0.0:
+                present = False
+                continue
+            if present:
+                heights[k, actor] = height_near(road, pose[State.X], pose[State.Y], heights[k - 1, actor], -1)
+            else:
+                heights[k, actor] = first_height(road, pose[State.X], pose[State.Y], pose[State.HEADING])
+            present = True
+
+
+@kernel
+def hide_levels(states: Floats, samples: int, heights: Floats) -> None:
+    """Let each other actor be absent while it is not on the ego's level, and store its presence behind `heights`.
+
+    Of several times on one level with the ego, that of the smallest distance is left: a pair has one time together.
+    `heights` (rows, 2 * actors).
+    """
+    actors = states.shape[1]
+    for other in range(1, actors):
+        first, last, least, begin = 0, 0, math.inf, -1
+        nearest = math.inf
+        for k in range(samples + 1):
+            together = k < samples and states[k, 0, State.PRESENT] != 0.0 and states[k, other, State.PRESENT] != 0.0
+            if together and abs(heights[k, other] - heights[k, 0]) < LEVEL:
+                begin = k if begin < 0 else begin
+                dx = states[k, other, State.X] - states[k, 0, State.X]
+                dy = states[k, other, State.Y] - states[k, 0, State.Y]
+                nearest = min(nearest, dx * dx + dy * dy)
+                continue
+            if begin >= 0 and nearest < least:
+                first, last, least = begin, k, nearest
+            begin, nearest = -1, math.inf
+        for k in range(samples):
+            heights[k, actors + other] = states[k, other, State.PRESENT]
+            if not first <= k < last:
+                states[k, other, State.PRESENT] = 0.0
+
+
+@deferred()
+def measure_on_levels(plan: Plan, run: Run, samples: int) -> None:
+    """Prepare the record of a run for measures of pairs on one level; `restore_levels` reverts it."""
+    trace_heights(plan.road, run.states, samples, run.heights)
+    hide_levels(run.states, samples, run.heights)
+    for actor in range(len(plan.kinds)):
+        run.heights[len(run.heights) - 1, actor] = run.actors[actor, Memory.HEIGHT]
+        run.actors[actor, Memory.HEIGHT] = 0.0
+    run.status[Status.SHADED] = -1
+
+
+@deferred()
+def restore_levels(plan: Plan, run: Run, samples: int) -> None:
+    """Restore the record and the heights of all actors after `measure_on_levels`."""
+    actors = len(plan.kinds)
+    for actor in range(actors):
+        for k in range(samples if actor > 0 else 0):
+            run.states[k, actor, State.PRESENT] = run.heights[k, actors + actor]
+        run.actors[actor, Memory.HEIGHT] = run.heights[len(run.heights) - 1, actor]
+
+
+@inlined
+def has_levels(plan: Plan) -> bool:
+    """Return True if roads pass over one another."""
+    return len(plan.road.heights) > 0
+
+
+LEVELS = (enter_level, keep_levels, measure_on_levels, restore_levels)
+"""The kernels that a program with levels needs."""

@@ -1,0 +1,386 @@
+"""`cortexc suite`: geometry of the cells, planted defects, deviations, searched ranges, files, and bad input."""
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import cortex_dsl as cx
+from cortex_dsl.api import testing
+from cortex_dsl.api.suite_tables import SuiteError, read_suite, suite_names, suite_of
+from cortex_dsl.api.suites import largest_ranges, run_suite, spread
+from cortex_dsl.console.terminal import Exit
+from cortex_dsl.report.findings.suite_report import CellResult, Outcome, SuiteReport
+
+Run = Callable[..., Any]
+BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
+NEVER = "EmergencyBrakeBehavior(FollowLaneBehavior(EGO_SPEED), min_speed={})"
+"""An emergency brake with a condition for a speed below which it never begins."""
+
+
+def cells(report: SuiteReport) -> dict[str, CellResult]:
+    return {cell.id: cell for cell in report.cells}
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_cells_are_those_of_the_rating_calculator() -> None:
+    """412 standard cells, and the 500 extended ones less the 24 that rows declared as AEB have twice."""
+    suite = suite_of("euroncap-2026")
+    assert sum(cell.range == "standard" for cell in suite.cells) == 412
+    assert sum(cell.range == "extended" for cell in suite.cells) == 500 - 24
+    assert len({cell.id for cell in suite.cells}) == len(suite.cells)
+
+
+@pytest.mark.parametrize("name", suite_names())
+def test_every_cell_has_a_source_and_its_scenario_compiles(name: str) -> None:
+    """A shipped suite has no file without a cell, and no cell without a file or a reason."""
+    suite = suite_of(name)
+    assert suite.edition
+    assert all(cell.source and cell.status in ("verified", "unverified") for cell in suite.cells)
+    used = {group.file.name for group in suite.groups if group.file is not None}
+    assert used | {"lab.scn", "suite.toml"} == {path.name for path in suite.folder.iterdir()}
+    for group in suite.groups:
+        assert (group.file is None) == all(cell.reason for cell in group.cells)
+        if group.file is not None:
+            assert cx.load(group.file).program.controls
+
+
+def expected_impact(cell: CellResult) -> float:
+    """Return the impact speed of an ego that keeps its speed [km/h]."""
+    speed, target = float(cell.params["SPEED"]), float(cell.params.get("TARGET_SPEED", 0.0))
+    along = cell.group in ("CCRs", "CCRm", "CMRs", "CBLA")
+    return speed - target if along else speed + target if cell.group == "CCFhos" else speed
+
+
+def test_an_ego_that_keeps_its_speed_strikes_the_target_of_every_cell_at_the_nominal_speed() -> None:
+    """Contact after 4 s, but for targets that brake; so every cell that is run fails."""
+    report = run_suite("euroncap-2026", BLIND, budget=1)
+    run = [cell for cell in report.cells if cell.outcome is not Outcome.NOT_RUN]
+    assert len(run) == 631
+    for cell in run:
+        assert cell.outcome is Outcome.FAIL, cell
+        if cell.group not in ("CCRb", "CMRb"):
+            assert cell.event.startswith("4.00 s: contact"), cell
+            assert cell.impact == pytest.approx(expected_impact(cell), abs=0.05), cell
+    assert report.points == 0.0
+    assert not report.passed
+
+
+def test_the_limits_of_un_r152_are_those_of_its_tables() -> None:
+    """A car that keeps its speed passes no cell; limits never fall with the speed."""
+    suite = suite_of("un-r152")
+    for group in suite.groups:
+        for load in ("maximum", "running order"):
+            limits = [
+                cell.limit
+                for cell in sorted(group.cells, key=lambda cell: float(cell.params["SPEED"]))
+                if cell.params.get("LOAD") == load
+            ]
+            assert limits == sorted(limits)
+    car = {cell.id: cell.limit for cell in suite.cells}
+    assert [car[f"car M1/maximum/{speed}"] for speed in (40, 42, 45, 50, 55, 60)] == [0, 10, 15, 25, 30, 35]
+    assert [car[f"car N1/maximum/{speed}"] for speed in (38, 40, 42, 45, 60)] == [0, 10, 15, 20, 40]
+    assert car["bicycle N1/maximum/38"] == 15
+
+
+# -- planted defects ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("speed", "location"), [(40, 25), (10, 0), (80, 100), (60, -25)])
+def test_a_defect_in_one_cell_fails_there_and_nowhere_else(speed: int, location: int) -> None:
+    """The brake never begins at one speed and one place."""
+    driver = NEVER.format(
+        f"0 m/s if abs(SPEED - {speed} km/h) > 1 km/h or abs(LOCATION - {location}) > 1 else 200 km/h"
+    )
+    found = cells(run_suite("euroncap-2026", driver, only=["CCRs"], budget=1))
+    failing = [name for name, cell in found.items() if cell.outcome is not Outcome.PASS]
+    assert failing == [f"CCRs/{speed}/{location}"]
+    assert found[failing[0]].impact == pytest.approx(speed, abs=0.05)
+    assert found[failing[0]].references["careful"] == "avoids"
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
+def test_the_least_deviation_and_the_probability_of_a_defect_within_the_tolerance_are_found(share: float) -> None:
+    """The brake never begins from a share of the tolerance of the ego's speed on."""
+    driver = NEVER.format(f"0 m/s if VUT_SPEED < {share} else 200 km/h")
+    (cell,) = run_suite("euroncap-2026", driver, only=["CCRs/50/50"], budget=400).cells
+    assert cell.outcome is Outcome.PASS
+    assert cell.deviation is not None
+    assert cell.deviation.size == pytest.approx(share, abs=2e-3)
+    assert cell.low <= 1.0 - share <= cell.high
+
+
+def test_a_group_has_points_only_with_all_of_its_cells() -> None:
+    """The share of a few cells says nothing of the scenario."""
+    suite = suite_of("euroncap-2026").only(["CCRs", "CCRm/30/*"])
+    assert {group.name: bool(group.points) for group in suite.groups} == {"CCRs": True, "CCRm": False}
+
+
+def test_a_driver_without_a_failing_deviation_has_none() -> None:
+    """Nothing is claimed that was not found."""
+    (cell,) = run_suite("euroncap-2026", "EmergencyBrakeBehavior", only=["CCRs/50/50"], budget=100).cells
+    assert (cell.outcome, cell.failures, cell.deviation) == (Outcome.PASS, 0, None)
+    assert cell.runs == 100
+    assert cell.high < 0.05
+
+
+def test_a_failing_window_of_one_per_cent_of_a_range_is_found_in_each_of_100_searches() -> None:
+    """Equally spaced runs leave no window of 1 % out, wherever it lies."""
+    points = spread(200, 1)[:, 0]
+    for low in np.random.default_rng(1).uniform(0.0, 0.99, 100):
+        assert ((points >= low) & (points <= low + 0.01)).any()
+    driver = NEVER.format("0 m/s if abs(SPEED - 45.2 km/h) > 0.35 km/h else 200 km/h")
+    (cell,) = run_suite("fmvss-127", driver, only=["stopped lead"]).cells
+    assert cell.outcome is Outcome.FAIL
+    assert cell.searched is not None
+    low, high = cell.searched.ranges["SPEED"]
+    assert (low, high) == pytest.approx((10.0, 44.8), abs=0.4)
+
+
+@given(
+    failing=st.lists(st.integers(0, 49), min_size=1, max_size=10, unique=True),
+)
+def test_a_range_without_contact_holds_no_failing_run(failing: list[int]) -> None:
+    """Its ends are runs that keep clear, and no range of more runs does."""
+    points = np.linspace(0.0, 1.0, 50)[:, np.newaxis]
+    failed = np.zeros(50, dtype=bool)
+    failed[failing] = True
+    ((low, high),) = largest_ranges(points, failed, np.array([[0.0, 1.0]]))
+    inside = (points[:, 0] >= low) & (points[:, 0] <= high)
+    assert not (inside & failed).any()
+    gaps = "".join("x" if each else "." for each in failed).split("x")
+    assert inside.sum() == max(map(len, gaps))
+
+
+# -- the command -------------------------------------------------------------------------------------------------------
+
+DRIVERS = """\
+import numpy as np
+
+def coasts(observations):
+    return np.zeros((len(observations), 3))
+
+def dies_at_40(observations):
+    if (abs(observations[:, 0] - 40 / 3.6) < 0.3).any():
+        raise ValueError("not at this speed")
+    return coasts(observations)
+"""
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a folder with drivers, in which the command runs."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "suite_drivers.py").write_text(DRIVERS)
+    return tmp_path
+
+
+def test_a_driver_that_dies_in_one_cell_loses_no_other(cortexc: Run, home: Path) -> None:
+    """The cell is an error, all others have their verdicts, and all files are written."""
+    words = ("suite", "euroncap-2026", "--ego", "python:suite_drivers:dies_at_40", "--only", "CCRs/*/50")
+    result = cortexc(*words, "--budget", "8", "--out", "out", "--junit", "j.xml", "--json")
+    assert result.code == Exit.BROKEN_LIMIT
+    found = {cell["id"]: cell for cell in result.document["groups"][0]["cells"]}
+    assert {name for name, cell in found.items() if cell["outcome"] == "error"} == {"CCRs/40/50"}
+    assert "not at this speed" in found["CCRs/40/50"]["reason"]
+    assert sum(cell["outcome"] == "fail" for cell in found.values()) == 7
+    suite = ET.parse(home / "j.xml").getroot().find("testsuite")
+    assert suite is not None
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("8", "7", "1")
+    with (home / "out" / "cells.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["outcome"] for row in rows] == [cell["outcome"] for cell in found.values()]
+    assert "CCRs/40/50" in (home / "out" / "report.html").read_text()
+
+
+def test_a_kept_case_fails_again(cortexc: Run, home: Path) -> None:
+    """The case of the least deviation is a scenario of its own with the contact of the table."""
+    driver = NEVER.format("0 m/s if VUT_SPEED < 0.5 else 200 km/h")
+    result = cortexc("suite", "euroncap-2026", "--ego", driver, "--only", "CPNA day/50/50", "--out", "out", "--json")
+    assert result.code == Exit.FINE
+    (cell,) = result.document["groups"][0]["cells"]
+    case = home / "out" / cell["deviation"]["case"]
+    scenario = cx.load(case)
+    outcomes = scenario.simulate(scenario.scene_of_seed())
+    assert outcomes.collided[0]
+    assert outcomes.ego_speed[0, 0] * 3.6 == pytest.approx(cell["deviation"]["impact_speed"], abs=1e-6)
+    assert cortexc(*cell["deviation"]["replay"].split()[1:]).code == Exit.FINE
+
+
+def test_results_depend_neither_on_jobs_nor_on_the_selection(
+    cortexc: Run, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Documents are equal, and a cell has the same numbers alone."""
+    driver = NEVER.format("0 m/s if VUT_LATERAL < 0.2 else 200 km/h")
+    words = (
+        "suite",
+        "euroncap-2026",
+        "--ego",
+        driver,
+        "--budget",
+        "40",
+        "--json",
+        "--only",
+        "CCRs/50/*",
+        "--only",
+        "CPFA*",
+    )
+    one = cortexc(*words, "--only", "CMRs/30/50")
+    monkeypatch.setattr(testing, "ALONE", 0.0)
+    two = cortexc(*words, "--only", "CMRs/30/50", "--jobs", "2")
+    assert json.loads(one.out) == json.loads(two.out)
+    alone = cortexc("suite", "euroncap-2026", "--ego", driver, "--budget", "40", "--json", "--only", "CMRs/30/50")
+    found = next(group for group in one.document["groups"] if group["name"] == "CMRs")
+    assert alone.document["groups"][0]["cells"] == found["cells"]
+
+
+def test_cells_that_cannot_be_represented_are_listed_and_never_pass(cortexc: Run, home: Path) -> None:
+    """A night is counted with its reason; it breaks nothing."""
+    words = (
+        "suite",
+        "euroncap-2026",
+        "--ego",
+        "EmergencyBrakeBehavior",
+        "--only",
+        "CPNCO night",
+        "--only",
+        "CPNCO day/30/50",
+    )
+    result = cortexc(*words, "--budget", "4")
+    assert result.code == Exit.FINE
+    assert result.out.startswith("Crash Avoidance - Frontal Collisions 1.2")
+    assert "darkness" in result.out
+    assert "19 cells: 1 pass, 18 not run" in result.out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("suite",), "no suite given"),
+        (("suite", "un-r1522", "--ego", "EmergencyBrakeBehavior"), "did you mean `un-r152`?"),
+        (("suite", "un-r152"), "no driver given"),
+        (("suite", "un-r152", "--ego", "EmergencyBrakeBehavior", "--only", "cars*"), "matches no cell"),
+        (("suite", "un-r152", "--ego", "EmergencyBreakBehavior"), "did you mean `EmergencyBrakeBehavior`?"),
+        (("suite", "un-r152", "--ego", "python:nowhere:drive"), "nowhere"),
+        (("suite", "un-r152", "--ego", "some.scn"), "no driver"),
+        (("suite", "un-r152", "--ego", "EmergencyBrakeBehavior", "--budget", "0"), "--budget"),
+        (("suite", "un-r152", "--ego", "EmergencyBrakeBehavior", "--junit", "no/j.xml"), "there is no folder"),
+    ],
+)
+def test_mistakes_of_the_command_line_end_with_2(
+    cortexc: Run, home: Path, words: tuple[str, ...], message: str
+) -> None:
+    """Nothing runs, and the message has a cure."""
+    result = cortexc(*words)
+    assert result.code == Exit.USAGE
+    assert message in result.said
+    assert "help:" in result.said
+
+
+def test_a_driver_that_does_not_fit_is_refused_with_its_reason(cortexc: Run, home: Path) -> None:
+    """All cells are listed as not run; the exit code is that of a missing driver."""
+    result = cortexc(
+        "suite", "un-r152", "--ego", "EmergencyBrakeBehavior(FollowLaneBehavior(SPED))", "--only", "car M1"
+    )
+    assert result.code == Exit.USAGE
+    assert "SCN201" in result.out
+    assert str(home) not in result.out
+
+
+def test_a_copy_can_be_changed(cortexc: Run, home: Path) -> None:
+    """A copied suite runs by its folder; its mistakes are named with place and cure."""
+    assert cortexc("suite", "un-r152", "--copy", "mine").code == Exit.FINE
+    assert cortexc("suite", "un-r152", "--copy", "mine").code == Exit.FINE
+    table = home / "mine" / "suite.toml"
+    table.write_text(table.read_text().replace("[10, 20]", "[12]"))
+    words = ("suite", "mine", "--ego", "EmergencyBrakeBehavior", "--budget", "2", "--json")
+    result = cortexc(*words, "--only", "car M1/*/12")
+    assert [cell["id"] for cell in result.document["groups"][0]["cells"]] == [
+        "car M1/maximum/12",
+        "car M1/running order/12",
+    ]
+    car = home / "mine" / "car.scn"
+    car.write_text(car.read_text().replace("TARGET_SPEED,", "TARGT_SPEED,", 1))
+    result = cortexc(*words, "--only", "car M1/*/12", "--only", "pedestrian M1/*/20")
+    assert result.code == Exit.DIAGNOSTICS
+    groups = {group["name"]: group for group in result.document["groups"]}
+    assert groups["car M1"]["diagnostics"]
+    assert {cell["outcome"] for cell in groups["pedestrian M1"]["cells"]} == {"pass"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("title =", "titel =", "has no `title`"),
+        ('file = "car.scn"', 'file = "cars.scn"', "which is not there"),
+        ('rule = "limit"', 'rule = "limits"', "has the rule `limits`"),
+        ('status = "verified"', 'status = "sure"', "has the status `sure`"),
+        ('impact = "relative"', 'impact = "both"', "has the impact `both`"),
+        ('id = ["LOAD", "SPEED"]', 'id = ["LOAD", "SPED"]', "without `SPED`"),
+        ('id = ["LOAD", "SPEED"]', 'id = ["LOAD"]', "two cells are called"),
+        ("[[groups]]", "[[group]", "is no TOML"),
+    ],
+)
+def test_mistakes_of_a_table_are_named(tmp_path: Path, old: str, new: str, message: str) -> None:
+    """The message has the file, the group and the key."""
+    source = suite_of("un-r152").folder
+    for path in source.iterdir():
+        (tmp_path / path.name).write_text(
+            path.read_text().replace(old, new) if path.suffix == ".toml" else path.read_text()
+        )
+    with pytest.raises(SuiteError) as found:
+        read_suite(tmp_path)
+    assert message in found.value.message
+    assert "suite.toml" in found.value.message
+
+
+def test_a_param_that_no_cell_holds_and_that_excludes_the_nominal_test_is_named(tmp_path: Path) -> None:
+    """A deviation must hold 0."""
+    source = suite_of("un-r152").folder
+    for path in source.iterdir():
+        (tmp_path / path.name).write_text(path.read_text().replace("Range(0, 30) km/h", "Range(5, 30) km/h"))
+    with pytest.raises(SuiteError, match="TARGET_SPEED"):
+        run_suite(str(tmp_path), "EmergencyBrakeBehavior", only=["car M1"], budget=2)
+
+
+def test_the_list_names_every_suite(cortexc: Run) -> None:
+    """With cells, those that can be run, and the edition."""
+    result = cortexc("suite", "list", "--json")
+    rows = {row["name"]: row for row in result.document["suites"]}
+    assert set(rows) == set(suite_names())
+    assert all(0 < row["can_be_run"] <= row["cells"] for row in rows.values())
+    assert "euroncap-2026" in cortexc("suite", "list").out
+
+
+# -- UN R157 -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_cut_in_counts_from_the_intrusion_of_the_regulation() -> None:
+    """The share of the lane change at which the tyre is 0.3 m over the marking is that of the quintic of least jerk."""
+    text = (suite_of("un-r157").folder / "cut_in.scn").read_text()
+    share = float(text.split("intrusion = ")[1].split(" *")[0])
+    moved = 10 * share**3 - 15 * share**4 + 6 * share**5
+    assert moved == pytest.approx(((3.5 - 1.9) / 2 + 0.3) / 3.5, abs=1e-3)
+
+
+def test_cut_ins_that_can_be_avoided_are_avoided_by_a_driver_that_keeps_its_gap_and_no_other() -> None:
+    """Scenes in which the regulation does not demand it do not count."""
+    only = ["cut-in/40/20", "cut-in/60/10"]
+    careful = run_suite("un-r157", "EmergencyBrakeBehavior(CarFollowingBehavior(EGO_SPEED))", only=only, budget=60)
+    assert careful.passed
+    blind = run_suite("un-r157", BLIND, only=only, budget=60)
+    for cell in blind.cells:
+        assert cell.outcome is Outcome.FAIL
+        assert cell.searched is not None
+        assert 0 < cell.searched.contacts <= cell.searched.runs < 64
+        assert cell.references["careful"].startswith("avoids")

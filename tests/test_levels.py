@@ -1,0 +1,192 @@
+"""Roads that pass over one another: actors on different levels never meet, and those on one level do as in a plane."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cortex_dsl as cx
+from cortex_dsl import compile_text
+from cortex_dsl.api.scenario import load
+from cortex_dsl.report.page.scene_svg import road_layer
+from engine import batch, world
+from engine.road import build_network
+from engine.road.opendrive.network import map_file
+from engine.road.outline import outline
+from engine.vocabulary import LEVEL, State
+
+ROAD = """<road name="" length="{length}" id="{id}" junction="-1">
+  <planView>{geometry}</planView>
+  <elevationProfile>{elevation}</elevationProfile>
+  <lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+    <right><lane id="-1" type="driving" level="false"><width sOffset="0" a="4" b="0" c="0" d="0"/></lane></right>
+  </laneSection></lanes>
+</road>"""
+LINE = '<geometry s="{s}" x="{x}" y="{y}" hdg="{hdg}" length="{length}"><line/></geometry>'
+HEIGHT = '<elevation s="0" a="{a}" b="{b}" c="0" d="0"/>'
+
+
+def crossing(height: float) -> str:
+    """Return a file with a road from west to east, and one from south to north at a height above it [m]."""
+    ways = ((0, -60.0, 2.0, 0.0, 0.0), (1, -2.0, -60.0, np.pi / 2, height))
+    roads = [
+        ROAD.format(
+            id=number,
+            length=120,
+            geometry=LINE.format(s=0, x=x, y=y, hdg=hdg, length=120),
+            elevation=HEIGHT.format(a=a, b=0),
+        )
+        for number, x, y, hdg, a in ways
+    ]
+    return f'<OpenDRIVE><header revMajor="1" revMinor="6"/>{"".join(roads)}</OpenDRIVE>'
+
+
+def ramp(slope: float) -> str:
+    """Return a file with one road that turns by 270 degrees and crosses itself, after 20 m and 154 m."""
+    turn = 20.0 * 1.5 * np.pi
+    geometry = LINE.format(s=0, x=0, y=0, hdg=0, length=40)
+    geometry += f'<geometry s="40" x="40" y="0" hdg="0" length="{turn}"><arc curvature="0.05"/></geometry>'
+    geometry += LINE.format(s=40 + turn, x=20, y=20, hdg=1.5 * np.pi, length=60)
+    road = ROAD.format(id=0, length=100 + turn, geometry=geometry, elevation=HEIGHT.format(a=0, b=slope))
+    return f'<OpenDRIVE><header revMajor="1" revMinor="6"/>{road}</OpenDRIVE>'
+
+
+SCENE = """
+map opendrive("map.xodr")
+ego = new Car following roadDirection from network.lanes[0].centerline[0] for {first} m, with speed 10 m/s,
+    with behavior {driver}
+other = new Car following roadDirection from network.lanes[{lane}].centerline[0] for {second} m, with speed 10 m/s,
+    with behavior FollowLaneBehavior(10 m/s)
+terminate after 6 s
+"""
+TURN = 22.0 * 1.5 * np.pi
+"""Length of the turn along the middle of the lane [m]."""
+OVER = 4.0 + 40.0 + TURN + 22.0 - 18.0
+"""Place from which a car comes to the crossing of the ramp with the car that begins at 4 m [m]."""
+DRIVERS = ("FollowLaneBehavior(10 m/s)", "CarFollowingBehavior(10 m/s)", "GivingWayBehavior(10 m/s)",
+           "EmergencyBrakeBehavior(FollowLaneBehavior(10 m/s))", "DriveAvoidingCollisions(10 m/s)")  # fmt: skip
+
+
+def driven(folder: Path, road: str, **scene: object):
+    """Return outcomes and states of the scene in both hosts, which agree, and the world's run."""
+    (folder / "map.xodr").write_text(road)
+    (folder / "scene.scn").write_text(SCENE.format(**scene))
+    scenario = load(folder / "scene.scn")
+    scenes = scenario.sample(1, seed=1)
+    assert scenes.valid[0]
+    outcomes = batch.simulate(scenario.program, scenes, scenario.config.simulation)
+    fast = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    slow = world.run(scenario.program, scenes, 0, scenario.config)
+    count = len(fast.time)
+    np.testing.assert_allclose(slow.trajectory.states[:count, :, :3], fast.states[:, :, :3], rtol=0.0, atol=1e-9)
+    assert outcomes.collided[0] == slow.outcomes.collided[0]
+    assert outcomes.min_distance[0, 0] == pytest.approx(slow.outcomes.min_distance[0, 0], abs=1e-9)
+    return outcomes, fast
+
+
+@pytest.mark.parametrize("height", [0.0, LEVEL - 0.1, LEVEL, 8.0, -8.0])
+def test_cars_meet_on_one_level_only(tmp_path: Path, height: float) -> None:
+    """Roads that cross at less than a headroom are one plane; else there is no contact and no distance."""
+    outcomes, _ = driven(tmp_path, crossing(height), first=20, lane=1, second=20, driver=DRIVERS[0])
+    apart = abs(height) >= LEVEL
+    assert outcomes.collided[0] != apart
+    assert np.isinf(outcomes.min_distance[0, 0]) == apart
+
+
+@pytest.mark.parametrize("driver", DRIVERS)
+def test_drivers_ignore_actors_on_another_level(tmp_path: Path, driver: str) -> None:
+    """Each driver goes under a bridge as if it were alone, with the bits of that run."""
+    outcomes, together = driven(tmp_path, crossing(6.0), first=20, lane=1, second=20, driver=driver)
+    _, apart = driven(tmp_path, crossing(6.0), first=20, lane=1, second=100, driver=driver)
+    assert not outcomes.collided[0]
+    count = min(len(together.time), len(apart.time))
+    np.testing.assert_array_equal(together.states[:count, 0], apart.states[:count, 0])
+    assert together.states[-1, 0, State.X] > 0.0
+
+
+@pytest.mark.parametrize("driver", DRIVERS[:1])
+@pytest.mark.parametrize("slope", [0.0, 0.05, -0.06])
+def test_a_ramp_that_crosses_itself(tmp_path: Path, slope: float, driver: str) -> None:
+    """Two cars of one road that pass its crossing at once touch only if it is flat; heights follow the road."""
+    outcomes, run = driven(tmp_path, ramp(slope), first=4, lane=0, second=OVER, driver=driver)
+    assert outcomes.collided[0] == (slope == 0.0)
+    if slope:
+        assert run.heights is not None
+        way = np.array([4.0, OVER]) + 10.0 * run.time[:, None]
+        along = np.interp(way, [0, 40, 40 + TURN, 100 + TURN], [0, 40, 40 + TURN / 1.1, 100 + TURN / 1.1])
+        early = run.time < 3.0  # before the bend, which it takes slower
+        np.testing.assert_allclose(run.heights[early], slope * along[early], atol=0.03)
+
+
+def test_overlap_at_the_start_counts_on_one_level(tmp_path: Path) -> None:
+    """Two cars may begin at one place of the plane if a bridge is between them."""
+    for height, valid in ((0.0, False), (6.0, True)):
+        (tmp_path / "map.xodr").write_text(crossing(height))
+        text = SCENE.format(first=58, lane=1, second=62, driver=DRIVERS[0])
+        (tmp_path / "scene.scn").write_text(text)
+        scenario = load(tmp_path / "scene.scn")
+        assert scenario.sample(1, seed=1).valid[0] == valid
+
+
+def test_a_flat_map_has_no_heights() -> None:
+    """Without bridges nothing is stored, so that programs and digests are those of a plane."""
+    program = compile_text("ego = new Car on road").program
+    assert not len(program.road.heights)
+
+
+def test_exports_have_the_heights_of_the_road(tmp_path: Path) -> None:
+    """A table and a trajectory of the standards hold the height of a bridge, and 0 on a road without bridges."""
+    for height in (0.0, 6.0):
+        (tmp_path / "map.xodr").write_text(crossing(height))
+        (tmp_path / "scene.scn").write_text(SCENE.format(first=20, lane=1, second=100, driver=DRIVERS[0]))
+        scenario = load(tmp_path / "scene.scn")
+        out = tmp_path / f"out{height:g}"
+        cx.export(scenario, ["csv", "xosc"], out)
+        rows = list(csv.DictReader(next(out.glob("**/*.csv")).read_text().splitlines()))
+        assert {float(row["z"]) - 0.5 * float(row["height"]) for row in rows if row["idx"] == "1"} == {height}
+        assert {float(row["z"]) - 0.5 * float(row["height"]) for row in rows if row["idx"] == "0"} == {0.0}
+        places = re.findall(r"<WorldPosition [^>]*>", next(out.glob("**/*.xosc")).read_text())
+        assert sum('z="6"' in place for place in places) == (
+            len(places) - sum('y="0"' in place for place in places) if height else 0
+        )
+
+
+@pytest.mark.parametrize(("height", "decks"), [(0.0, 0), (LEVEL - 0.1, 0), (6.0, 1), (-6.0, 1)])
+def test_bridges_are_drawn_above_the_other_roads(tmp_path: Path, height: float, decks: int) -> None:
+    """The upper road has a deck over the lower one and a little beyond it, of its own width, and no other place."""
+    (tmp_path / "map.xodr").write_text(crossing(height))
+    (tmp_path / "scene.scn").write_text(SCENE.format(first=20, lane=1, second=100, driver=DRIVERS[0]))
+    drawn = outline(build_network(load(tmp_path / "scene.scn").program.road_spec))
+    assert len(drawn.decks) == decks
+    for line, width in drawn.decks:
+        upper = line[:, 0 if height > 0.0 else 1]
+        along = line[:, 1 if height > 0.0 else 0]
+        assert width == 4.0
+        np.testing.assert_allclose(upper, 0.0, atol=1e-9)
+        assert -14.0 < along.min() <= -2.0
+        assert 2.0 <= along.max() < 14.0
+    assert ("stroke-opacity:.3" in str(road_layer(drawn))) is bool(decks)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.05, -0.12])
+def test_slopes_have_one_note_with_the_steepest(tmp_path: Path, slope: float) -> None:
+    """Slopes are not simulated: the note about unread parts names the steepest, and none without slopes."""
+    (tmp_path / "map.xodr").write_text(ramp(slope))
+    found = build_network(map_file(tmp_path / "map.xodr", "map.xodr")).unread
+    assert (f"slopes of up to {100 * abs(slope):.1f} %, on road `0`" in found) is (slope != 0.0)
+
+
+@pytest.mark.parametrize("height", ["1e308", "-1e308", "nan", "inf", "1e-320", "6e0", "6 m"])
+def test_heights_of_any_kind_are_read_or_named(tmp_path: Path, height: str) -> None:
+    """No height stops a map or puts an actor nowhere: the cars drive, and every height of the run is a number."""
+    text = crossing(0.0)
+    at = text.rindex('a="0.0"')
+    (tmp_path / "map.xodr").write_text(f'{text[:at]}a="{height}"{text[at + len(chr(97)) + 6 :]}')
+    (tmp_path / "scene.scn").write_text(SCENE.format(first=20, lane=1, second=60, driver=DRIVERS[0]))
+    scenario = load(tmp_path / "scene.scn")
+    scenes = scenario.sample(1, seed=1)
+    run = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    assert len(run.time) > 40
+    assert run.heights is None or np.isfinite(run.heights).all()
