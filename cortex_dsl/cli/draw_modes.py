@@ -234,8 +234,6 @@ def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scene
 
 def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | None") -> dict[str, object]:
     """Return the counts as a document."""
-    from engine.sampling import pruner_that_pays
-
     culprit = most_to_blame(program, tally, blame)
     return {
         "program": program.digest,
@@ -247,5 +245,5 @@ def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | 
         "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
         "blame": blame and blame_content(blame),
-        "pruned": run.prune and pruner_that_pays(program).pays,
+        "pruned": run.prune and tally.long > 0,
     }

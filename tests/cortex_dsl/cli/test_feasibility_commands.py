@@ -190,7 +190,9 @@ def test_pruned_sample(cortexc: Command, left_turn: Path, tmp_path: Path) -> Non
     assert (plain["pruned"], pruned["pruned"]) == (False, True)
     easy = tmp_path / "easy.scn"
     easy.write_text("param V = Range(5, 9) m/s\nego = new Car on road, with speed V\nrequire V < 8 m/s\n")
-    assert not cortexc(easy, "--sample", "100", "--json", "--prune").document["pruned"]  # it would not pay
+    assert not cortexc(easy, "--sample", "100", "--json", "--prune").document[
+        "pruned"
+    ]  # no scene needs so many attempts
 
 
 def test_pruned_search(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
