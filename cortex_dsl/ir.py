@@ -469,9 +469,10 @@ class DrawSite:
 
     span: Span
     kind: str
-    """`number` (the distribution call with its unit), `lane` (the call, replaced by the lane), `pose` (a specifier,
-    replaced by `at (x, y), facing h`), `point` (a specifier, replaced by `at (x, y)`), `heading`
-    (a specifier, replaced by `facing h`); `pose added` and `point added` are put behind a class name."""
+    """`number` (the distribution call with its unit), `lane` (the call, replaced by the lane), `sidewalks` or another
+    tuple of the network (the call, replaced by its element), `pose` (a specifier, replaced by `at (x, y), facing h`),
+    `point` (a specifier, replaced by `at (x, y)`), `heading` (a specifier, replaced by `facing h`); `pose added` and
+    `point added` are put behind a class name."""
     unit: str
     """SI unit word of a number ("m", "m/s", "rad", ""); values are written in SI, which avoids rounding. For a `lane`,
     the name of the choice."""

@@ -18,11 +18,11 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "choose": "name what to choose from, as in `do choose A(), B()`",
         "shuffle": "name what to run, as in `do shuffle A(), B()`",
         "light": "write `signals()` to have lights; `FollowLaneBehavior(5 m/s, obey_signals=True)` stops at red ones",
-        **dict.fromkeys(
-            ("sidewalk", "pavement", "footpath", "crosswalk", "crossing", "kerb", "curb", "shoulder", "verge"),
-            "the map has only lanes: place it beside one, as in `p = new OrientedPoint after intersection by 3 m along "
-            "trajectory` and `new Pedestrian right of p by 3 m, with regionContainedIn None`",
-        ),
+        **dict.fromkeys(("pavement", "footpath", "footway"), "write `sidewalk`, and `sidewalk=2 m` in the `map` line"),
+        **dict.fromkeys(("crosswalk", "zebra"), "write `crossing`, with `sidewalk=2 m, crossings=True` in `map`"),
+        **dict.fromkeys(("cycleLane", "bicycleLane"), "write `bikeLane`, and `bike_lane=1.8 m` in the `map` line"),
+        "kerb": "write `curb`, the region of all kerbs, or `lane.group.curb`",
+        "verge": "write `shoulder`, and `shoulder=1.5 m` in the `map` line",
         **dict.fromkeys(
             ("SetPositionAction", "OffsetAction", "SetTransformAction", "ActorTransformSetter"),
             "no object jumps during a run: place it with `at` before the run, and drive or walk there",

@@ -29,7 +29,7 @@ from engine.kernels.impacts.motion import (
 )
 from engine.kernels.jit import need
 from engine.kernels.judging import append_contact_sample, step_on
-from engine.kernels.levels import LEVELS, trace_heights
+from engine.kernels.levels import enter_level, keep_levels, measure_on_levels, restore_levels, trace_heights
 from engine.kernels.rollout import judge_temporal
 from engine.kernels.rows import Requested, Results, Window, note_gaps, note_objectives
 from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
@@ -149,7 +149,7 @@ def deferred_kernels(
     if measures & Measure.GAPS:
         yield note_gaps
     if len(program.road.heights):
-        yield from LEVELS
+        yield from (enter_level, keep_levels, measure_on_levels, restore_levels)
     if pause:
         yield from (continue_run, leave_run, note_commands)
 

@@ -1,16 +1,42 @@
 """Specifications of `map` lines: one type per kind of road, SI units. `engine.road` builds a network from it."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, field
+from dataclasses import asdict, field, fields
 from hashlib import blake2b
 from pathlib import Path, PurePath
 from typing import Any, ClassVar
 
 from engine.frozen import frozen
 
+Places = tuple[float, ...]
+"""Places along a road [m]."""
+
 
 @frozen
-class RoadSpec:
+class Street:
+    """Arguments of every road with a maker: the strips beside its lanes, and its crossings; without them there is none.
+
+    From the outer lane outwards: bicycle lane, shoulder, parking row, kerb, sidewalk.
+    """
+
+    sidewalk: float | None = field(default=None, repr=False, kw_only=True)
+    """Width of the sidewalks behind the kerbs [m]."""
+    shoulder: float | None = field(default=None, repr=False, kw_only=True)
+    bike_lane: float | None = field(default=None, repr=False, kw_only=True)
+    bike_lane_behind_parking: bool = field(default=False, repr=False, kw_only=True)
+    """True for a bicycle lane between the parking row and the kerb."""
+    parking: float | None = field(default=None, repr=False, kw_only=True)
+    """Depth of the parking rows along the kerbs [m]."""
+    parked: float = field(default=0.0, repr=False, kw_only=True)
+    """Share of the parking places with a parked car."""
+    crossings: bool | Places = field(default=False, repr=False, kw_only=True)
+    """True for a crossing over each arm; on a road, the places of the middles of its crossings."""
+    crossing_width: float = field(default=4.0, repr=False, kw_only=True)
+    """Extent of a crossing along the road [m]."""
+
+
+@frozen
+class RoadSpec(Street):
     """`map intersection(...)`: a grid of intersections."""
 
     kind: ClassVar[str] = "intersection"
@@ -38,7 +64,7 @@ class RoadSpec:
 
 
 @frozen
-class LoneRoad:
+class LoneRoad(Street):
     """`map road(...)`: one road without intersections, straight, curved, or with one bend."""
 
     kind: ClassVar[str] = "road"
@@ -61,7 +87,7 @@ class LoneRoad:
 
 
 @frozen
-class Roundabout:
+class Roundabout(Street):
     """`map roundabout(...)`: a ring with arms that lead into it; traffic in the ring has priority."""
 
     kind: ClassVar[str] = "roundabout"
@@ -106,6 +132,10 @@ KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, Lon
 """Specifications by the word after `map`."""
 
 
+LATER: Mapping[str, Any] = {"speed_limit": None, **{each.name: each.default for each in fields(Street)}}
+"""Fields that old versions lack, with their defaults."""
+
+
 def map_name(spec: MapFile) -> str:
     """Return the name of a copy of its file."""
     return PurePath(spec.path).name
@@ -117,12 +147,14 @@ def digest_of(path: Path) -> str:
 
 
 def map_content(spec: MapSpec) -> dict[str, Any]:
-    """Return a specification for JSON; without a speed limit the field is omitted, as in old versions."""
-    said = {name: value for name, value in asdict(spec).items() if name != "speed_limit" or value is not None}
+    """Return a specification for JSON; fields that old versions lack are omitted where they have their defaults."""
+    said = {name: value for name, value in asdict(spec).items() if name not in LATER or value != LATER[name]}
     return {"kind": spec.kind, **said}
 
 
 def map_from(content: Mapping[str, Any]) -> MapSpec:
     """Return the specification of `map_content`; without a kind it is a grid."""
     values = dict(content)
+    if isinstance(values.get("crossings"), list):
+        values["crossings"] = tuple(values["crossings"])
     return KINDS[values.pop("kind", RoadSpec.kind)](**values)

@@ -21,6 +21,7 @@ from cortex_dsl.syntax.formatting import format_copy
 from engine.config import SimulationConfig
 from engine.maps import MapFile, RoadSpec, map_name
 from engine.program import ChoiceLabel, DrawSite, Program
+from engine.road.network import LISTED_IN
 from engine.scenes import Scenes
 from engine.streams import StreamKey, format_key
 from engine.vocabulary import GeneKind
@@ -244,11 +245,15 @@ def _successive(texts: Sequence[str]) -> str:
     return texts[0] if len(texts) == 1 else f"Fixed({', '.join(texts)})"
 
 
+DRAWN_FROM: Mapping[str, str] = {"lane": "lanes", **{name: name for name in LISTED_IN.values() if name}}
+"""Tuples of the network from which a scene draws elements, by the kind of the site."""
+
+
 def _site_text(site: DrawSite, drawn: Sequence[Sequence[float]]) -> str:
     if site.kind == "number":
         return _successive([_number(values[0], site.unit) for values in drawn])
-    if site.kind == "lane":
-        return _successive([f"network.lanes[{int(values[0])}]" for values in drawn])
+    if (listed := DRAWN_FROM.get(site.kind)) is not None:
+        return _successive([f"network.{listed}[{int(values[0])}]" for values in drawn])
     if site.kind == "heading":
         return f"facing {_successive([_number(values[0], 'rad') for values in drawn])}"
     place = _successive([f"({values[0]!r} m, {values[1]!r} m)" for values in drawn])

@@ -70,6 +70,8 @@ MOST_SCENES = 100_000
 """Maximum number of scenes of a covering array by default."""
 MOST_SOUGHT = 100
 """Maximum number of cells for which a directed search is made."""
+MANY = 100
+"""Number of cells without a run from which on scenes are drawn to find the possible ones among them."""
 EVENTS = 3
 """Maximum number of events that are listed for a blocked cell."""
 METHODS = (INDEPENDENT, TWAY)
@@ -398,17 +400,27 @@ class _Coverage:
         """Yield the cells of one product."""
         places = drawn.places[:, domains]
         found = counted(places, drawn.failed, drawn.severity)
+        possible = self._possible(domains, len(found), drawn)
         starts = [i for i, domain in enumerate(domains) if self.domains[domain].when == "start"]
         late = [i for i in range(len(domains)) if i not in starts]
         for cells in cells_in(self.sizes, domains):
             if (here := found.get(cells)) is not None:
                 yield self._covered(domains, cells, here, drawn)
                 continue
-            proved = self.proofs.of(tuple((domains[i], cells[i]) for i in starts))
+            known = tuple(cells[i] for i in starts) in possible
+            proved = None if known else self.proofs.of(tuple((domains[i], cells[i]) for i in starts))
             if proved is not None:
                 yield replace(proved, domains=domains, cells=cells)
                 continue
             yield self._open(domains, cells, starts, late, drawn)
+
+    def _possible(self, domains: tuple[int, ...], reached: int, drawn: _Drawn) -> set[tuple[int, ...]]:
+        """Return cells of domains at the start in which scenes lie, so that no proof is tried; none for few cells."""
+        cells = count_cells([self.sizes[domain] for domain in domains], len(domains))
+        starts = [domain for domain in domains if self.domains[domain].when == "start"]
+        if drawn.is_kept or not starts or cells - reached < MANY:
+            return set()
+        return self.programs.pool.cells(starts)
 
     def _covered(self, domains: tuple[int, ...], cells: tuple[int, ...], here: Counted, drawn: _Drawn) -> CellResult:
         number = int(drawn.numbers[here.worst])

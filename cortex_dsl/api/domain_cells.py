@@ -25,7 +25,7 @@ from engine.gates.directed import genomes_between, quantiles_of
 from engine.host import coasting
 from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.sampling import sample
+from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.streams import key_rows
 from engine.tables import Floats, Ints
@@ -43,6 +43,8 @@ BLOCKS_SHARED, BLOCKS = 2, 16
 """Blocks for one scene: with the bounds of a program for many cells, and of one for its cells alone."""
 DIRECTED = sum(FIRST + (blocks - 1) * BLOCK for blocks in (BLOCKS_SHARED, BLOCKS))
 """Draws for one scene at most."""
+POOL = 16_384
+"""Scenes that show without a proof which cells are possible."""
 MEASURED = 8
 """Scenes of a block that are measured, as the requirement on a scene and the value in its run may round otherwise."""
 
@@ -143,6 +145,13 @@ class DomainPrograms:
         return key_rows(self.seed, Method.SAMPLE, DIRECTED_RUN, 0, np.arange(first, first + count))
 
     @cached_property
+    def pool(self) -> "Pool":
+        """Return independent scenes with their cells. A cell of one of them needs no proof that it can be."""
+        keys = self.keys(POOL)
+        genomes = draw_genomes(self.program.space, keys)
+        return Pool(genomes, keys, self.start_places(self.scenes(genomes, keys)))
+
+    @cached_property
     def proofs(self) -> "Proofs":
         return Proofs(self)
 
@@ -185,6 +194,22 @@ class DomainPrograms:
         if len(low):
             low, high = low.min(axis=0, keepdims=True), high.max(axis=0, keepdims=True)
         return quantiles_of(self.program.space, low, high)
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Independent scenes."""
+
+    genomes: Floats
+    """(n, d) file units"""
+    keys: Ints
+    """(n, 6)"""
+    places: Ints
+    """(n, domains) Cells; only those of domains at the start mean something."""
+
+    def cells(self, domains: Sequence[int]) -> set[tuple[int, ...]]:
+        """Return the cells of a product of domains at the start that scenes lie in."""
+        return set(map(tuple, np.unique(self.places[:, list(domains)], axis=0).tolist()))
 
 
 # -- proofs ------------------------------------------------------------------------------------------------------------

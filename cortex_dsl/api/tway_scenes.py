@@ -12,11 +12,7 @@ from cortex_dsl.api.domain_cells import DomainPrograms, StartCells
 from engine.errors import ArgumentError
 from engine.gates.coverage import cells_in, count_cells
 from engine.gates.covering import ANY, covering_array
-from engine.sampling import draw_genomes
 from engine.tables import Floats, Ints
-
-POOL = 4096
-"""Scenes that show without a proof which combinations are possible, and from which rows are taken first."""
 
 OnStep = Callable[[str, int, int], None]
 """Callback with the work that is done, its finished parts, and their number."""
@@ -61,11 +57,9 @@ class _Covering:
     def __init__(self, programs: DomainPrograms, starts: Sequence[int], ways: int, on_step: OnStep) -> None:
         self.programs, self.starts, self.ways, self.on_step = programs, tuple(starts), ways, on_step
         self.sizes = [programs.sizes[domain] for domain in starts]
-        keys = programs.keys(POOL)
-        self.genomes, self.keys = draw_genomes(programs.program.space, keys), keys
-        places = programs.start_places(programs.scenes(self.genomes, keys))[:, self.starts]
-        self.places = places
-        """(POOL, starts) Cells of the pool."""
+        self.genomes, self.keys = programs.pool.genomes, programs.pool.keys
+        self.places = programs.pool.places[:, self.starts]
+        """(n, starts) Cells of the pool, from whose scenes rows are taken first."""
         self.held: set[StartCells] = set()
         """Combinations that a chosen scene has."""
 
@@ -101,7 +95,7 @@ class _Covering:
         total, done = sum(count_cells(self.sizes, ways) for ways in range(1, self.ways + 1)), 0
         for ways in range(1, self.ways + 1):
             for domains in combinations(range(len(self.starts)), ways):
-                seen = set(map(tuple, self.places[:, domains].tolist()))
+                seen = self.programs.pool.cells([self.starts[i] for i in domains])
                 for cells in cells_in(self.sizes, domains):
                     done += 1
                     if cells in seen:

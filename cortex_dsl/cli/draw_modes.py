@@ -245,5 +245,5 @@ def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | 
         "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
         "blame": blame and blame_content(blame),
-        "pruned": run.prune,
+        "pruned": run.prune and tally.long > 0,
     }

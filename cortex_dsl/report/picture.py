@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl.report.findings.case_replay import outline_corners
+from cortex_dsl.report.page.film import PARKED, STRIPS
 from engine.extras import needed
 from engine.road.outline import DECK_EDGE, DECK_SHADOW, Outline
 from engine.tables import Floats
@@ -49,6 +50,8 @@ class Painter:
 
     def _paint_road(self, draw: Any, center: Floats) -> None:
         road = self._road
+        for kind, ring in road.strips:
+            draw.polygon(_pixels(ring, center), fill=STRIPS[kind])
         for line, width in zip(road.center_lines, road.widths, strict=False):
             if width > 0.0:
                 draw.line(_pixels(line, center), fill=ROAD, width=max(1, round(width * SCALE)), joint="curve")
@@ -59,6 +62,9 @@ class Painter:
                 draw.line(_pixels(line, center), fill=colour, width=2)
         for line in road.stop_lines:
             draw.line(_pixels(line, center), fill=LINE, width=4)
+        for rings, colour in ((road.stripes, LINE), (road.parked, PARKED)):
+            for ring in rings:
+                draw.polygon(_pixels(ring, center), fill=colour)
         for excess, colour in ((DECK_SHADOW, BUILDING), (DECK_EDGE, KERB), (0.0, ROAD)):
             for line, width in road.decks:
                 draw.line(_pixels(line, center), fill=colour, width=round((width + excess) * SCALE), joint="curve")

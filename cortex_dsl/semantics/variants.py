@@ -20,7 +20,8 @@ from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.runs import WHICH_SCENARIO
 from cortex_dsl.semantics.errors.scene import NO_EGO
 from cortex_dsl.semantics.evaluation import calls, geometry, lists, objects, operators, relations, seeing, texts
-from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.objects import starts_on_road
+from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.evaluation.seeing import in_environment
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
@@ -28,12 +29,13 @@ from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Obser
 from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
-from cortex_dsl.semantics.names.properties import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.semantics.names.tree import speaks_of_run
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
+from engine.road.areas import vehicle_region
 from engine.vocabulary import Column
 
 # -- which function gives the value of which kind of expression --------------------------------------------------------
@@ -268,8 +270,7 @@ def _ir_actor(ev: Evaluator, actor: Actor, behaviour: ir.Block | None) -> ir.Act
         columns=_columns(ev, actor),
         behaviour=behaviour,
         route=_route(behaviour),
-        inside_road=actor.kind not in OFF_ROAD
-        and not isinstance(actor.properties.get("regionContainedIn", actor), Area | None),
+        inside_road=starts_on_road(actor) and vehicle_region(network_of(ev)) == ROAD.id,
         overlap_group=0 if actor.properties.get("allowCollisions", False) else _coming_with(actor),
         span=actor.span,
         present=actor.scenario is None or actor.scenario.present,

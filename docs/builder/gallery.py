@@ -20,7 +20,13 @@ from docs.builder.pages import ROOT
 SEARCH = ("--ga", "--objective", "avoidable", "--seed", "1")
 SECTIONS: dict[str, tuple[str, ...]] = {
     "A driver of your own": ("own_driver/crossing",),
-    "Streets, people and roundabouts": ("roads/walkers", "roads/roundabout_entry", "roads/village"),
+    "Streets, people and roundabouts": (
+        "streets/van_at_crossing",
+        "streets/child_between_cars",
+        "roads/walkers",
+        "roads/roundabout_entry",
+        "roads/village",
+    ),
     "Country roads, motorways and platoons": (
         "roads/overtaking",
         "roads/motorway_cut_in",

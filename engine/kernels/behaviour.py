@@ -20,7 +20,7 @@ from engine.kernels.jit import inlined, kernel
 from engine.kernels.path import PathPoint, path_pose, path_project, path_project_near
 from engine.kernels.region import region_contains
 from engine.kernels.replay import follow_track
-from engine.kernels.run_state import Memory, Plan, Run, Status, column_of, current_sample, outline_of
+from engine.kernels.run_state import NO_OFFSET, Memory, Plan, Run, Status, column_of, current_sample, outline_of
 from engine.kernels.senses import (
     appear,
     draw_number,
@@ -268,7 +268,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     run.actors[actor, Memory.ROUTE_DONE] = 0.0
     aside, offset, direction = run.actors[actor, Memory.ASIDE], run.actors[actor, Memory.OFFSET], point.heading
     curve = Curve(0.0, 0.0, 0.0, 1.0, 0.0)
-    if not math.isnan(aside):
+    if aside != NO_OFFSET:
         curve = _curve(run, actor, progress, begins, point, heading, speed, aside)
         d, slope, _ = curve_at(curve, point.s)
         offset += d
@@ -280,7 +280,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
         return False
     wheelbase = column_of(plan, run, actor, Column.WHEELBASE)
     time_step = plan.layout.time_step * plan.layout.hold
-    if math.isnan(aside):
+    if aside == NO_OFFSET:
         run.actors[actor, Memory.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase, time_step)
     else:
         run.actors[actor, Memory.STEER] = steer_beside(

@@ -139,7 +139,3 @@ def restore_levels(plan: Plan, run: Run, samples: int) -> None:
 def has_levels(plan: Plan) -> bool:
     """Return True if roads pass over one another."""
     return len(plan.road.heights) > 0
-
-
-LEVELS = (enter_level, keep_levels, measure_on_levels, restore_levels)
-"""The kernels that a program with levels needs."""

@@ -36,7 +36,7 @@ from engine.kernels.jit import deferred, inlined, shared
 from engine.kernels.judging import append_contact_sample, step_on
 from engine.kernels.levels import enter_level, has_levels, keep_levels
 from engine.kernels.motion import step
-from engine.kernels.run_state import NO_SPEED, REPLACED, RUNNING, Memory, Plan, Run, Status, end_run, place
+from engine.kernels.run_state import NO_OFFSET, NO_SPEED, REPLACED, RUNNING, Memory, Plan, Run, Status, end_run, place
 from engine.kernels.slots import PAGE, continue_run, is_idle, leave_run, note_commands
 from engine.kernels.temporal import UNKNOWN, find_broken
 from engine.tables import Floats, Ints, Segment
@@ -228,7 +228,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
         run.actors[actor, Memory.BRAKE] = 0.0
     run.actors[actor, Memory.SET_SPEED] = NO_SPEED
     run.actors[actor, Memory.OFFSET] = 0.0
-    run.actors[actor, Memory.ASIDE] = math.nan
+    run.actors[actor, Memory.ASIDE] = NO_OFFSET
     run.actors[actor, Memory.TRACK] = 0.0
     run.actors[actor, Memory.STOP] = 0.0
     run.actors[actor, Memory.REVERSE] = 0.0 if run.actors[actor, Memory.REVERSE] != 1.0 else 1.0

@@ -163,7 +163,7 @@ class Memory(IntEnum):
     until others first touch.
     """
     ASIDE = 26
-    """Offset to the left of its path that an actor approaches along a curve [m], in this turn; NaN: none."""
+    """Offset to the left of its path that an actor approaches along a curve [m], in this turn, or `NO_OFFSET`."""
     CURVE_OWNER = 27
     """1 + the register of progress of the follower that began the curve; 0: no curve."""
     CURVE_START = 28
@@ -215,8 +215,8 @@ class Status(IntEnum):
 
 RUNNING = -1
 """No end yet."""
-NO_SPEED = -1e300
-"""No speed was set. (Not NaN: a speed that is NaN must break the run.)"""
+NO_OFFSET = NO_SPEED = -1e300
+"""No speed and no offset was set. (Not NaN: a number that is NaN must break the run.)"""
 
 
 @slotted("registers", "resume", "actors", "status", "end", "key")
@@ -374,6 +374,7 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     run.actors[actor, Memory.REAR_Y] = y - to_center * sin
     run.actors[actor, Memory.COS], run.actors[actor, Memory.SIN] = cos, sin
     run.actors[actor, Memory.LEFT_ROAD] = math.nan
+    run.actors[actor, Memory.ASIDE] = NO_OFFSET
     run.actors[actor, Memory.AWAITED] = 1.0 - present
     run.actors[actor, Memory.INSIDE] = -1.0
 

@@ -21,6 +21,7 @@ from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.replay import follow_track, move_along_track
 from engine.kernels.run_state import (
+    NO_OFFSET,
     Memory,
     Plan,
     Run,
@@ -149,7 +150,7 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) 
     front = start + shadow(mine, math.cos(place.heading), math.sin(place.heading))
     wanted = run.actors[me, Memory.ASIDE]
     left, reach_aside = 0.0, 0.5 * mine.width
-    if not math.isnan(wanted):
+    if wanted != NO_OFFSET:
         now = (mine.y - place.y) * math.cos(place.heading) - (mine.x - place.x) * math.sin(place.heading)
         left, reach_aside = 0.5 * (now + wanted), reach_aside + 0.5 * abs(now - wanted)
     gap, speed = math.inf, 0.0

@@ -1,4 +1,4 @@
-"""Buildings, traffic lights and signs near roads. Source: ASAM OpenDRIVE 1.7.0, chapters 13 and 14."""
+"""Buildings, crossings, traffic lights and signs near roads. Source: ASAM OpenDRIVE 1.7.0, chapters 13 and 14."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -118,15 +118,28 @@ LARGEST_BUILDING = 10_000.0
 """Length or width [m]."""
 
 
-def road_buildings(road: Node) -> list[Node]:
-    """Return the objects of a road that are buildings; all other objects are marked as left out."""
+BUILDING, CROSSWALK, OBSTACLE, PARKED = "building", "crosswalk", "obstacle", "parkedCar"
+"""Types of objects that are read; an obstacle only with the subtype of a parked car."""
+
+
+def road_objects(road: Node) -> tuple[list[Node], list[Node]]:
+    """Return the walls of a road, which are buildings and parked cars, and its crossings; others count as left out."""
     objects = road.find("objects")
     found = objects.every("object") if objects else []
-    buildings = [each for each in found if each.text("type", "") == "building"]
+    walls = [each for each in found if _is_wall(each)]
+    crossings = [each for each in found if each.text("type", "") == CROSSWALK]
     for each in found:
-        if each not in buildings:
+        if each not in walls and each not in crossings:
             each.leave_out()
-    return buildings
+    return walls, crossings
+
+
+def _is_wall(node: Node) -> bool:
+    if node.text("type", "") != OBSTACLE or node.text("subtype", "") != PARKED:
+        return node.text("type", "") == BUILDING
+    for name in ("id", "name", "height", "pitch", "roll", "orientation"):
+        node.text(name, "")  # they say nothing about a car
+    return True
 
 
 def building_row(node: Node, reference: Callable[[float], Pose], longest: float) -> list[tuple[float, ...]]:
@@ -147,6 +160,69 @@ def building_row(node: Node, reference: Callable[[float], Pose], longest: float)
     pose = reference(s).moved(0.0, t, node.number("hdg", 0.0))
     sizes = (node.number(name, low=0.01, high=LARGEST_BUILDING) for name in ("length", "width"))
     return [(*pose, *sizes)]
+
+
+# -- crossings ---------------------------------------------------------------------------------------------------------
+
+
+class OdrCrossing(NamedTuple):
+    """A crossing for people on foot."""
+
+    id: str
+    name: str
+    s: float
+    """Place on the reference line [m]."""
+    corners: tuple[tuple[float, float], ...]
+    """Corners of its outline in order [m]."""
+
+
+NO_AREA = ("zOffset", "height", "pitch", "roll", "orientation", "length", "width", "subtype", "dynamic", "validLength")
+"""Attributes of a crossing that do not change its area, the last ones beside an outline; they count as read."""
+FEWEST = 3
+"""Least number of corners of an outline."""
+
+
+def crossing_of(node: Node, reference: Callable[[float], Pose], longest: float) -> OdrCrossing:
+    """Return a crossing by its outline, else by its length and width.
+
+    `reference`: the pose of the road's reference line at a place, which is at most `longest` [m].
+
+    Raises:
+        InterchangeError: it has no place, or no area.
+    """
+    for name in NO_AREA:
+        node.text(name, "")
+    s, t = node.number("s", low=0.0, high=longest), node.number("t")
+    there = reference(s).moved(0.0, t, node.number("hdg", 0.0))
+    outlines = [*node.every("outline"), *(each for group in node.every("outlines") for each in group.every("outline"))]
+    if outlines:
+        corners = [_corner(each, there, reference, longest) for each in outlines[0].every("cornerRoad", "cornerLocal")]
+    else:
+        length, width = (node.number(name, low=0.01, high=LARGEST_BUILDING) / 2.0 for name in ("length", "width"))
+        corners = [
+            there.moved(u, v) for u, v in ((length, width), (-length, width), (-length, -width), (length, -width))
+        ]
+    ring = [(pose.x, pose.y) for pose in corners]
+    distinct = [each for i, each in enumerate(ring) if each != ring[i - 1]]
+    if len(distinct) < FEWEST:
+        raise node.error(f"the outline of this crossing has {len(distinct)} corners", f"write {FEWEST} or more")
+    return OdrCrossing(node.text("id", ""), node.text("name", ""), s, tuple(distinct))
+
+
+def _corner(node: Node, there: Pose, reference: Callable[[float], Pose], longest: float) -> Pose:
+    if "u" in node.attributes:
+        return there.moved(node.number("u"), node.number("v"))
+    return reference(node.number("s", low=0.0, high=longest)).moved(0.0, node.number("t"))
+
+
+def on_crossings(unread: Sequence[str]) -> Iterator[str]:
+    """Yield the sentence about crossings that are left out, which names the first."""
+    if unread:
+        first = f"{unread[0]} (so are {len(unread) - 1} more)" if unread[1:] else unread[0]
+        yield f"crossings are left out that have no place or no area: {first}"
+
+
+# -- remarks on buildings ----------------------------------------------------------------------------------------------
 
 
 def on_buildings(unread: Sequence[str]) -> Iterator[str]:

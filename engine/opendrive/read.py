@@ -1,7 +1,7 @@
 """Reader of OpenDRIVE files. Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes).
 
 Heights are used for levels only (`engine.kernels.levels`); slopes and superelevation have no effect. Of the objects
-near roads (chapter 13) only rectangular buildings are read: they are walls of recordings.
+near roads (chapter 13) only rectangular buildings and crossings are read; buildings are walls of recordings.
 
 Sections with `singleSide="true"` (11.4) apply to one side of the road, up to the next section that applies to that
 side: they are converted to sections of the whole road.
@@ -26,11 +26,14 @@ from engine.opendrive.links import (
     road_end,
 )
 from engine.opendrive.near_roads import (
+    OdrCrossing,
     Signals,
     building_row,
     counting,
+    crossing_of,
     on_buildings,
-    road_buildings,
+    on_crossings,
+    road_objects,
     road_signals,
     signal_remarks,
 )
@@ -83,10 +86,13 @@ NARROWEST = -0.01
 METADATA = frozenset(
     {
         *("header", "userData", "dataQuality", "name", "connection id", "lane level", "type type", "roadMark"),
+        *(f"{corner} {name}" for corner in ("cornerLocal", "cornerRoad") for name in ("z", "dz", "height", "id")),
+        *(f"outline {name}" for name in ("id", "closed", "outer", "fillType", "laneType")),
         *(f"signal {name}" for name in ("zOffset", "hOffset", "height", "width", "pitch", "roll", "text")),
     }
 )
-"""Elements and attributes that change no result: authors, dates, tools, labels, paint, the shape of signals. A lane's
+"""Elements and attributes that change no result: authors, dates, tools, labels, paint, the shape of signals, heights of
+crossings. A lane's
 `level` qualifies the superelevation, which is not read."""
 SHORT = 0.1
 """Difference of lengths above which a reference line ends before its road [m]: files round lengths."""
@@ -105,12 +111,15 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
     roads: dict[str, OdrRoad] = {}
     buildings: list[tuple[float, ...]] = []
     odd: list[str] = []
+    lost: list[str] = []
     short: list[tuple[OdrRoad, float]] = []
     for node in root.every("road"):
         road = _read_road(node)
         if 0.0 < road.length != (said := node.number("length")):
             short.append((road, said))
-        for place in road_buildings(node):
+        walls, crossings = road_objects(node)
+        road = replace(road, crossings=tuple(_crossings(road, crossings, lost)))
+        for place in walls:
             try:
                 buildings += building_row(place, road.reference, road.length + BEYOND)
             except InterchangeError:
@@ -123,7 +132,7 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
     junctions = _junctions(root)
-    walls: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
+    blocks: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
     ways = tuple(connections(root))
     roads, left_out = with_signals(roads, {node.text("id"): road_signals(node) for node in root.every("road")})
     return OdrNetwork(
@@ -131,12 +140,22 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
         roads,
         tuple(junctions),
         path,
-        (*_remarks(roads), *_on_lengths(short), *on_buildings(odd), *left_out),
+        (*_remarks(roads), *_on_lengths(short), *on_buildings(odd), *on_crossings(lost), *left_out),
         unread(root, METADATA),
         {junction: kind for junction, kind in junctions.items() if kind not in (COMMON, DIRECT)},
-        walls,
+        blocks,
         ways,
     )
+
+
+def _crossings(road: OdrRoad, nodes: Sequence[Node], lost: list[str]) -> Iterator[OdrCrossing]:
+    """Yield the crossings of a road; `lost` gets the errors of those that are left out."""
+    for node in nodes:
+        try:
+            yield crossing_of(node, road.reference, road.length + BEYOND)
+        except InterchangeError as error:
+            lost.append(f"{error.message}, {error.place}")
+            node.leave_out()
 
 
 def _junctions(root: Node) -> dict[str, str]:

@@ -18,7 +18,7 @@ from engine.display import counted
 from engine.errors import InterchangeError, name_cure
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.links import OdrConnection, OdrEnd
-from engine.opendrive.near_roads import OdrSignal
+from engine.opendrive.near_roads import OdrCrossing, OdrSignal
 from engine.tables import Floats
 from engine.unread import Kind, not_read
 from engine.xml import Node
@@ -142,6 +142,7 @@ class OdrRoad:
     """Signals that apply to it, at any place."""
     heights: tuple[Cubic, ...] = ()
     """Heights of the reference line [m]; none for a flat road at height 0."""
+    crossings: tuple[OdrCrossing, ...] = ()
 
     def section(self, s: float) -> OdrSection:
         return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]

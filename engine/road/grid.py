@@ -12,9 +12,20 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.maps import RoadSpec
-from engine.road.junction import CHORD_TOLERANCE, Direction, Junction, Turn
+from engine.road.junction import CHORD_TOLERANCE, EPSILON, Direction, Junction, Turn
 from engine.road.linking import link
-from engine.road.network import Arm, Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
+from engine.road.network import (
+    Arm,
+    Intersection,
+    Lane,
+    LaneGroup,
+    LaneRole,
+    Maneuver,
+    Network,
+    Road,
+    Surface,
+    SurfaceKind,
+)
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import (
     Shape,
@@ -26,7 +37,8 @@ from engine.road.regions import (
     triangulate,
     with_cores,
 )
-from engine.road.specification import street_wall
+from engine.road.specification import crossing_depth, street_wall
+from engine.road.streets import CLEAR, StreetBuilder, is_beside, lay_street, round_corner
 from engine.tables import ROAD_REGION, Floats
 
 # -- the plan ----------------------------------------------------------------------------------------------------------
@@ -137,7 +149,15 @@ class Grid:
         is_stop = np.zeros(len(outline), dtype=bool)
         for arm in self.junction.arms:
             is_stop |= np.hypot(*(middle - self.junction.stop * np.array([arm.x, arm.y])).T) < 1e-9
-        return outline[~is_stop]
+        return np.vstack([outline[~is_stop], *map(self._beside_arm, self.junction.arms)])
+
+    def _beside_arm(self, arm: Direction) -> Floats:
+        """Return the edges of a junction beside the lanes of an arm, where bicycle lanes and shoulders begin."""
+        half, kerb, at = self.junction.half_width, self.junction.kerb, self.junction.stop * np.array([arm.x, arm.y])
+        if kerb == half:
+            return np.zeros((0, 4))
+        left = np.array([-arm.y, arm.x])
+        return np.array([[*(at - kerb * left), *(at - half * left)], [*(at + half * left), *(at + kerb * left)]])
 
     # -- buildings at the corners
 
@@ -226,7 +246,65 @@ class _Builder:
             kerb + np.array([site.x, site.y]) for site in grid.sites for kerb in grid.junction.corner_kerbs
         )
         network.buildings = grid.buildings()
+        lay_street(network, self.surfaces)
         return network
+
+    # -- strips beside the lanes, corners and crossings
+
+    def surfaces(self, network: Network) -> tuple[Surface, ...]:
+        """Return all surfaces: beside the lanes of all roads, at the corners, and the crossings over the arms."""
+        street = StreetBuilder(network)
+        for road in network.roads:
+            for group in road.groups:
+                lane, depth = group.lanes[0], crossing_depth(street.spec)
+                at_start, at_end = bool(lane.predecessors), bool(lane.maneuvers)
+                clear = [(0.0, CLEAR)] * at_start + [(lane.length - CLEAR, lane.length)] * at_end
+                street.beside(lane, clear, (depth * at_start, depth * at_end))
+        for site, place in zip(self.grid.sites, network.intersections, strict=True):
+            self.add_corners(street, site)
+            if street.spec.crossings:
+                for number, leg in enumerate(place.legs):
+                    self.add_crossing(street, site, number, leg)
+        return street.finish()
+
+    def add_corners(self, street: StreetBuilder, site: Site) -> None:
+        """Add kerbs and sidewalks around an intersection, along its traffic."""
+        junction, width, name = self.junction, street.spec.sidewalk, self.grid.site_name(site)
+        at = np.array([site.x, site.y])
+        for right, left in junction.corners:
+            corner = self.grid.name_at(site, f"{right.name}-{left.name}")
+            if left is right.opposite:
+                fillet, centre = None, at
+                lines = [junction.opposite_stem(0.5 * depth) for depth in (0.0, width or 0.0)]
+            elif self.grid.spec.corner_radius > EPSILON:
+                fillet, centre = junction.fillet(right, left) + at, at + junction.corner_centre(right, left)
+                lines = [junction.round_corner(right, left, 0.5 * depth) for depth in (0.0, width or 0.0)]
+            else:
+                continue
+            kerb, walk = ([line.moved(site.x, site.y)] for line in lines)
+            if self.network.left_hand:
+                kerb, walk = ([line.turned() for line in each] for each in (kerb, walk))
+            if width is not None:
+                shape = None if fillet is None else round_corner(fillet, centre, width)
+                kind, at_corner = SurfaceKind.SIDEWALK, f"{corner}.sidewalk"
+                street.add(kind, at_corner, walk, width, name, shape=shape, intersection=site.id)
+            street.add_curb(corner, kerb, name, at=site.id)
+
+    def add_crossing(self, street: StreetBuilder, site: Site, number: int, leg: Arm) -> None:
+        """Add the crossing over an arm, behind the stop line."""
+        arm, junction = self.junction.arms[number], self.junction
+        near = junction.corner
+        middle = Primitive(arm.x * near, arm.y * near, arm.heading, 0.0, street.spec.crossing_width)
+        ends = [
+            next(each for each in street.surfaces if each.kind is SurfaceKind.SIDEWALK and is_beside(each, lanes[0]))
+            for lanes in (leg.outgoing_lanes, leg.incoming_lanes)
+        ]
+        if self.network.left_hand:
+            ends.reverse()
+        name = self.grid.name_at(site, f"{arm.name}.crossing")
+        reach, sides = (junction.kerb, junction.kerb), (ends[0].id, ends[1].id)
+        at = self.grid.site_name(site)
+        street.cross(name, [middle.moved(site.x, site.y)], reach, at, sides, intersection=site.id, arm=number)
 
     def add_road(self, site: Site, arm: Direction) -> None:
         """Add the incoming lanes of an arm, and its outgoing lanes unless they are incoming at the neighbour."""

@@ -13,7 +13,7 @@ import numpy as np
 from engine.frozen import frozen
 from engine.maps import RoadSpec
 from engine.road.paths import Pose, Primitive, chord_count
-from engine.road.specification import half_width, stop_distance
+from engine.road.specification import half_width, kerb_distance, stop_distance
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -74,6 +74,16 @@ class Junction:
     @property
     def half_width(self) -> float:
         return half_width(self.spec)
+
+    @property
+    def kerb(self) -> float:
+        """Return the distance from the middle of a road to its kerb [m]."""
+        return kerb_distance(self.spec)
+
+    @property
+    def corner(self) -> float:
+        """Return the distance from the centre to the beginning of the corner fillets [m]."""
+        return self.kerb + self.spec.corner_radius
 
     @property
     def stop(self) -> float:
@@ -152,7 +162,7 @@ class Junction:
     @cached_property
     def outline(self) -> Floats:
         """Return (n, 2) ring of the junction, anticlockwise, chords within `CHORD_TOLERANCE` of the fillets."""
-        ring = np.vstack([self.fillet(arm, _left_neighbour(arm)) for arm in reversed(COMPASS)])
+        ring = np.vstack([self._corner(arm, _left_neighbour(arm)) for arm in reversed(COMPASS)])
         keep = np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > EPSILON
         return ring[keep]
 
@@ -160,21 +170,50 @@ class Junction:
     def corner_kerbs(self) -> tuple[Floats, ...]:
         """Return (n, 2) kerb lines of the junction: its fillets, and the straight line opposite a T's stem."""
         pairs = [(arm, _left_neighbour(arm)) for arm in self.arms]
-        fillets = tuple(self.fillet(right, left) for right, left in pairs if left in self.arms)
+        fillets = tuple(self._corner(right, left) for right, left in pairs if left in self.arms)
         if self.spec.ways == 4:
             return fillets
-        return (*fillets, np.array([(self.stop, self.half_width), (-self.stop, self.half_width)]))
+        return (*fillets, np.array([(self.stop, self.kerb), (-self.stop, self.kerb)]))
 
-    def fillet(self, right: Direction, left: Direction) -> Floats:
+    @cached_property
+    def corners(self) -> tuple[tuple[Direction, Direction], ...]:
+        """Return the arms before and after each side of the junction, anticlockwise; opposite ones beside a T."""
+        pairs = [(arm, _left_neighbour(arm)) for arm in self.arms]
+        return tuple((right, left if left in self.arms else right.opposite) for right, left in pairs)
+
+    def corner_centre(self, right: Direction, left: Direction) -> Floats:
+        """Return the centre of the fillet between neighbouring arms."""
+        return np.array([right.x + left.x, right.y + left.y]) * self.corner
+
+    def round_corner(self, right: Direction, left: Direction, depth: float) -> Primitive:
+        """Return the arc around a corner, `depth` behind its kerb [m], from `right` to `left`."""
+        centre, radius = self.corner_centre(right, left), self.spec.corner_radius - depth
+        x, y = (centre - radius * np.array([left.x, left.y])).tolist()
+        return Primitive(x, y, right.opposite.heading, -1.0 / radius, radius * math.pi / 2)
+
+    def opposite_stem(self, depth: float) -> Primitive:
+        """Return the line opposite a T's stem, `depth` behind its kerb [m], from east to west."""
+        return Primitive(self.corner, self.kerb + depth, math.pi, 0.0, 2.0 * self.corner)
+
+    def _corner(self, right: Direction, left: Direction) -> Floats:
         """Return (n, 2) kerb between neighbouring arms, from the stop line of `right` to that of `left`."""
-        first = np.array([right.x * self.stop, right.y * self.stop]) + self.half_width * np.array([left.x, left.y])
-        last = np.array([left.x * self.stop, left.y * self.stop]) + self.half_width * np.array([right.x, right.y])
+        first, last = self._beside(right, left, self.stop), self._beside(left, right, self.stop)
         present = right in self.arms, left in self.arms
         if not all(present):
             return np.array([first] if present[0] else [last])
+        fillet = self.fillet(right, left)
+        return fillet if self.stop == self.corner else np.vstack([first, fillet, last])
+
+    def _beside(self, arm: Direction, side: Direction, distance: float) -> Floats:
+        """Return the point of an arm's kerb on one side of the arm, `distance` from the centre."""
+        return np.array([arm.x * distance, arm.y * distance]) + self.kerb * np.array([side.x, side.y])
+
+    def fillet(self, right: Direction, left: Direction) -> Floats:
+        """Return (n, 2) kerb of the corner between neighbouring arms, from `right` to `left`."""
+        first, last = self._beside(right, left, self.corner), self._beside(left, right, self.corner)
         if self.spec.corner_radius < EPSILON:
             return np.array([first])
-        return self._arc(first, last, np.array([right.x + left.x, right.y + left.y]) * self.stop)
+        return self._arc(first, last, self.corner_centre(right, left))
 
     def _arc(self, first: Floats, last: Floats, centre: Floats) -> Floats:
         radius = self.spec.corner_radius

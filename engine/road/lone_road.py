@@ -7,13 +7,25 @@ middle line is the border of the fastest lane, so that a lane has the same place
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 from engine.maps import LoneRoad
 from engine.road.junction import CHORD_TOLERANCE
-from engine.road.network import Lane, LaneGroup, LaneRole, Links, Network, Road
+from engine.road.network import Lane, LaneGroup, LaneRole, Links, Network, Road, Surface, SurfaceKind
 from engine.road.paths import PathBook, Primitive
-from engine.road.regions import Shape, strip
-from engine.road.specification import LENGTHS, MAX_LANES, RoadError, wrong_choice, wrong_length
+from engine.road.regions import Shape, between, strip
+from engine.road.specification import (
+    LENGTHS,
+    MAX_LANES,
+    STREET_LENGTHS,
+    RoadError,
+    setback,
+    wrong_choice,
+    wrong_length,
+    wrong_street_numbers,
+    wrong_strips,
+)
+from engine.road.streets import CLEAR, StreetBuilder, lay_street, stretch
 from engine.tables import ROAD_REGION
 
 NAME = "road"
@@ -40,10 +52,13 @@ def wrong_lone_road_numbers(spec: LoneRoad) -> Iterator[RoadError]:
     if spec.bend is not None and not 0.0 < spec.bend <= MOST_BENT:
         message = f"`bend` is {math.degrees(spec.bend):g} deg, but must lie between 0 deg and 180 deg"
         yield RoadError(message, "bend", "write a negative `curve` for a bend to the right")
+    yield from wrong_street_numbers(spec)
 
 
 def wrong_lone_road(spec: LoneRoad) -> Iterator[RoadError]:
     """Yield the errors of numbers that are valid alone but not together."""
+    yield from wrong_strips(spec)
+    yield from _wrong_places(spec)
     if spec.curve is None:
         if spec.bend is not None:
             yield RoadError("`bend` says how far the road turns, but not how sharply", "bend", "add `curve=200 m`")
@@ -56,6 +71,8 @@ def wrong_lone_road(spec: LoneRoad) -> Iterator[RoadError]:
             "curve",
             f"write `curve={math.copysign(math.ceil(least), spec.curve):g} m` or more, or fewer lanes",
         )
+    elif radius < half + setback(spec) + (spec.sidewalk or 0.0) + INNER_RADIUS:
+        yield from _too_wide_for_bend(spec, radius - half - INNER_RADIUS)
     elif spec.bend is None and spec.length > MOST_CURVED * radius:
         yield RoadError(
             f"a road of {spec.length:g} m that curves all along with a radius of {radius:g} m meets itself",
@@ -69,6 +86,52 @@ def wrong_lone_road(spec: LoneRoad) -> Iterator[RoadError]:
             "length",
             f"write `length={math.ceil(spec.bend * radius)} m` or more, or a smaller `bend`",
         )
+
+
+def _too_wide_for_bend(spec: LoneRoad, room: float) -> Iterator[RoadError]:
+    """Yield the error of the widest strip beside the lanes of a bend that has `room` for all strips [m]."""
+    widths = {name: getattr(spec, name) or 0.0 for name in ("parking", "sidewalk", "bike_lane", "shoulder")}
+    widest = max(widths, key=lambda name: widths[name])
+    fits = math.floor(10.0 * (room - sum(widths.values()) + widths[widest])) / 10.0
+    low = STREET_LENGTHS[widest][0]
+    radius = math.ceil(abs(spec.curve or 0.0) - room + sum(widths.values()))
+    yield RoadError(
+        f"`{widest}` is {widths[widest]:g} m, too wide for the inner side of a bend with `curve={spec.curve:g} m`",
+        widest,
+        (f"write `{widest}={fits:g} m` or less, or " if fits >= low else "leave it out, or write ")
+        + f"`curve={math.copysign(radius, spec.curve or 1.0):g} m` or more",
+    )
+
+
+def _wrong_places(spec: LoneRoad) -> Iterator[RoadError]:
+    """Yield the errors of crossings without a place, beyond the road, or over one another."""
+    if isinstance(spec.crossings, bool):
+        if spec.crossings:
+            message = "on a road, `crossings` lists the places of the crossings"
+            yield RoadError(message, "crossings", f"as in `crossings=[{0.5 * spec.length:g} m]`")
+        return
+    half, places = 0.5 * spec.crossing_width, sorted(spec.crossings)
+    if spec.crossing_width > spec.length:
+        message = f"`crossing_width` is {spec.crossing_width:g} m, longer than the road of {spec.length:g} m"
+        yield RoadError(message, "crossing_width", f"write `crossing_width={spec.length:g} m` or less")
+        return
+    for place in places:
+        if not half <= place <= spec.length - half:
+            yield RoadError(
+                f"a crossing at {place:g} m lies beyond the road, on which its middle can be from {half:g} m to "
+                f"{spec.length - half:g} m",
+                "crossings",
+                f"write {half if place < half else spec.length - half:g} m",
+            )
+            return
+    for one, other in pairwise(places):
+        if other - one < spec.crossing_width:
+            yield RoadError(
+                f"the crossings at {one:g} m and {other:g} m overlap",
+                "crossings",
+                f"write {one + spec.crossing_width:g} m or more for the second, or a smaller `crossing_width`",
+            )
+            return
 
 
 def lone_road(spec: LoneRoad) -> Network:
@@ -88,7 +151,42 @@ def lone_road(spec: LoneRoad) -> Network:
     network.roads = (Road(network, NAME, forward, backward, middle),)
     none: list[tuple[int, ...]] = [() for _ in network.lanes]
     network.links = Links(none, [None for _ in none], none, none, [lane.path for lane in network.lanes])
+    lay_street(network, _surfaces)
     return network
+
+
+def _surfaces(network: Network) -> tuple[Surface, ...]:
+    """Return the strips beside the lanes of each direction, and the crossings."""
+    street, spec = StreetBuilder(network), network.spec
+    assert isinstance(spec, LoneRoad)
+    middle = network.roads[0].middle
+    road, length = network.roads[0], sum(each.length for each in middle)
+    half, places = 0.5 * spec.crossing_width, () if isinstance(spec.crossings, bool) else sorted(spec.crossings)
+    for group in road.groups:
+        lane = group.lanes[0]
+        along = [network.paths.project(lane.path, *_pose(list(middle), place)) for place in places]
+        street.beside(lane, [(s - half - CLEAR, s + half + CLEAR) for s in along])
+    if spec.one_way:
+        _add_far_side(street, spec, road.forward.lanes[-1])
+    walks = [each for each in street.surfaces if each.kind is SurfaceKind.SIDEWALK]
+    kerb = spec.lanes * spec.lane_width + setback(spec)
+    # Walked from the right of the road: in right-hand traffic from the kerb of the forward lanes.
+    near, far = (kerb, 0.0 if spec.one_way else kerb), (walks[:1] + walks[-1:] if places else [])
+    reach, ends = ((near[1], near[0]), far[::-1]) if spec.left_hand else (near, far)
+    for number, place in enumerate(places, 1):
+        part = stretch(middle, max(0.0, place - half), min(length, place + half))
+        street.cross(f"{NAME}.crossing.{number}", part, reach, NAME, (ends[0].id, ends[1].id))
+    return street.finish()
+
+
+def _add_far_side(street: StreetBuilder, spec: LoneRoad, lane: Lane) -> None:
+    """Add the kerb and the sidewalk on the side of the fastest lane of a one-way road."""
+    border = [each.beside(-street.side * 0.5 * lane.width) for each in street.network.paths.primitives(lane.path)]
+    if (width := spec.sidewalk) is not None:
+        line, reach = street.shifted(border, -0.5 * width), -street.side * 0.5 * lane.width
+        shape = between(street.edge(lane, reach), street.edge(lane, reach - street.side * width))
+        street.add(SurfaceKind.SIDEWALK, "far.sidewalk", line, width, NAME, forward=False, shape=shape)
+    street.add_curb("far", border, NAME, forward=False)
 
 
 def middle_line(spec: LoneRoad) -> tuple[Primitive, ...]:

@@ -16,8 +16,8 @@ import numpy as np
 
 from engine.frozen import frozen, frozen_identity
 from engine.maps import MapSpec
-from engine.road.paths import PathBook, Primitive
-from engine.road.regions import RegionBook
+from engine.road.paths import PathBook, Pose, Primitive
+from engine.road.regions import RegionBook, Shape, contains, shape_area
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -212,6 +212,107 @@ class Maneuver:
         return tuple(m for m in here if m.start_lane.road == end and m.end_lane.road == start)
 
 
+class SurfaceKind(Enum):
+    SIDEWALK = "sidewalk"
+    CURB = "curb"
+    """Line between the carriageway and the sidewalk; its region is a strip along the line."""
+    SHOULDER = "shoulder"
+    PARKING = "parking"
+    BIKE_LANE = "bike_lane"
+    CROSSING = "crossing"
+
+
+@frozen_identity
+class Surface:
+    """A strip beside the lanes of one direction, along a corner, or across a road: no lane of motor vehicles."""
+
+    network: "Network" = field(repr=False)
+    id: int
+    """Index in `network.surfaces`."""
+    kind: SurfaceKind
+    name: str
+    line: tuple[Primitive, ...] = field(repr=False)
+    """Centre line: with the traffic beside it; over a crossing, from sidewalk to sidewalk."""
+    shape: Shape = field(repr=False)
+    """Area."""
+    width: float
+    road: str
+    """Road of the surface; the intersection for a corner, or for a crossing at an intersection."""
+    forward: bool = True
+    """True beside the lanes in the direction of the road."""
+    intersection_id: int | None = None
+    """Intersection of a corner or of a crossing."""
+    ends: tuple[int | None, int | None] | None = None
+    """Ids of the sidewalks at the start and end of a crossing; None where there is none."""
+    arm: int | None = None
+    """Index in `Intersection.legs` of the arm that a crossing at an intersection leads across."""
+
+    @property
+    def source(self) -> str:
+        """Return the text that names this element in the language."""
+        listed = LISTED_IN[self.kind]
+        return f"network.{listed}[{self.network.elements_of(listed).index(self)}]" if listed else self.name
+
+    @property
+    def length(self) -> float:
+        """Return the length of the centre line [m]."""
+        return sum(each.length for each in self.line)
+
+    @property
+    def area(self) -> float:
+        """Return the area [m^2]."""
+        return shape_area(self.shape)
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return True if a point is inside."""
+        return contains(self.shape, x, y)
+
+    @property
+    def ends_at(self) -> tuple[Pose, Pose]:
+        """Return the poses at the start and the end of the centre line."""
+        return self.line[0].pose(0.0), self.line[-1].pose(self.line[-1].length)
+
+    @property
+    def path(self) -> int:
+        """Return the id of the centre line in `network.paths`, to which the first use adds it."""
+        added = self.network.added_paths
+        return added[self.id] if self.id in added else added.setdefault(self.id, self.network.paths.add(self.line))
+
+    @property
+    def region(self) -> int:
+        """Return the id of the area in `network.regions`, to which the first use adds it."""
+        added = self.network.added_regions
+        return added[self.id] if self.id in added else added.setdefault(self.id, self.network.regions.add(self.shape))
+
+    @property
+    def parent(self) -> "Road | Intersection | None":
+        """Return the intersection of a crossing or a corner, else the road."""
+        if self.intersection_id is not None:
+            return self.network.intersections[self.intersection_id]
+        return self.network.road_named.get(self.road)
+
+    @property
+    def sidewalks(self) -> "tuple[Surface | None, ...]":
+        """Return the sidewalks at the start and end of a crossing."""
+        return tuple(None if each is None else self.network.surfaces[each] for each in self.ends or ())
+
+    @property
+    def crossings(self) -> "tuple[Surface, ...]":
+        """Return the crossings that begin or end at a sidewalk."""
+        return tuple(each for each in self.network.surfaces if self.id in (each.ends or ()))
+
+
+LISTED_IN: Mapping[SurfaceKind, str] = {
+    SurfaceKind.SIDEWALK: "sidewalks",
+    SurfaceKind.CURB: "",
+    SurfaceKind.SHOULDER: "shoulders",
+    SurfaceKind.PARKING: "shoulders",
+    SurfaceKind.BIKE_LANE: "bikeLanes",
+    SurfaceKind.CROSSING: "crossings",
+}
+"""Tuple of the network that lists the elements of a kind, by its name in the language; "" without one."""
+
+
 @frozen
 class LaneGroup:
     """The lanes of one road in one direction."""
@@ -391,7 +492,34 @@ class Network:
     signs: tuple[RoadSign, ...] = ()
     """Traffic lights and signs of a file."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
-    """(n, 5): x, y, heading, length, width of blocks between the arms."""
+    """(n, 5): x, y, heading, length, width of blocks between the arms, then of parked cars."""
+
+    lay: "Callable[[Network], tuple[Surface, ...]] | None" = field(default=None, repr=False)
+    """Function that makes the surfaces, which few scenarios use."""
+    added_paths: dict[int, int] = field(default_factory=dict[int, int], repr=False)
+    """Paths of the surfaces that were used, by their ids."""
+    added_regions: dict[int, int] = field(default_factory=dict[int, int], repr=False)
+    between_kerbs: Shape | None = field(default=None, repr=False)
+    """Road, shoulders, parking rows and bicycle lanes of a file, as one region; None without such strips."""
+    parked: int = 0
+    """Number of the last rows of `buildings` that are parked cars."""
+
+    @cached_property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Return sidewalks, kerbs, shoulders, parking rows, bicycle lanes and crossings; along a road in the order of
+        its traffic.
+        """
+        return () if self.lay is None else self.lay(self)
+
+    def elements_of(self, listed: str) -> tuple[Surface, ...]:
+        """Return the surfaces of a tuple that `LISTED_IN` names."""
+        return tuple(each for each in self.surfaces if LISTED_IN[each.kind] == listed)
+
+    def beside(self, road: str, kind: SurfaceKind, *, forward: bool) -> "Surface | None":
+        """Return the longest surface of a kind beside the lanes of one direction; None without one."""
+        along = (each for each in self.surfaces if each.kind is kind and each.intersection_id is None)
+        there = (each for each in along if each.road == road and each.forward is forward)
+        return max(there, key=lambda each: each.length, default=None)
 
     @cached_property
     def road_named(self) -> Mapping[str, Road]:

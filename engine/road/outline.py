@@ -6,8 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from engine.frozen import frozen
+from engine.maps import Street
 from engine.road.lights import lit_arms
-from engine.road.network import Lane, LaneRole, Lines, Network
+from engine.road.network import Lane, LaneRole, Lines, Network, Surface, SurfaceKind
+from engine.road.paths import PathBook
+from engine.road.regions import Shape
+from engine.road.specification import setback
+from engine.road.streets import layers
 from engine.tables import Bools, Floats
 from engine.vocabulary import LEVEL
 
@@ -57,6 +62,12 @@ class Outline:
     """Distance from middle line to kerb of the widest road [m]."""
     buildings: tuple[Floats, ...] = ()
     """Closed rings, as of areas."""
+    strips: tuple[tuple[SurfaceKind, Floats], ...] = ()
+    """Closed rings of the strips beside the lanes, with their kinds."""
+    stripes: tuple[Floats, ...] = ()
+    """Closed rings of the painted stripes of crossings."""
+    parked: tuple[Floats, ...] = ()
+    """Closed rings of parked cars."""
     signals: tuple[SignalLine, ...] = ()
     """Lines across each lane with a traffic light."""
     decks: tuple[tuple[Floats, float], ...] = ()
@@ -69,6 +80,8 @@ def outline(network: Network, shown: Shown | None = None) -> Outline:
     Lights of a file are drawn without a plan, too; all other lights are those of the plan.
     """
     drawn = _of_grid(network) if network.drawn is None else _of_lines(network, network.drawn)
+    if has_street(network):
+        drawn = _with_street(drawn, network)
     return replace(drawn, signals=tuple(_signals(network, shown)))
 
 
@@ -97,8 +110,74 @@ def _of_grid(network: Network) -> Outline:
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
         widths=tuple(lane.width for lane in network.lanes),
         reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
-        buildings=tuple(_block(*row) for row in network.buildings.tolist()),
+        buildings=tuple(_block(*row) for row in network.buildings[: len(network.buildings) - network.parked].tolist()),
     )
+
+
+# -- strips beside the lanes, and crossings ----------------------------------------------------------------------------
+
+STRIPE = 0.5
+"""Width of a painted stripe of a crossing, and of the gap between two [m]: Vienna Convention, European rules on signs
+(1973), M-signs of crossings: 0.4 to 0.6 m."""
+
+
+def has_street(network: Network) -> bool:
+    """Return True if there may be anything beside the lanes; a plain road has kerbs only, which its lanes draw."""
+    return bool(layers(network.spec)) if isinstance(network.spec, Street) else bool(network.surfaces)
+
+
+def _with_street(drawn: Outline, network: Network) -> Outline:
+    """Return a drawing with the strips beside the lanes, crossings and parked cars."""
+    spec, beside, kerbs = network.spec, 0.0, drawn.kerbs
+    edges: tuple[Floats, ...] = ()
+    if isinstance(spec, Street):
+        beside = setback(spec) + (spec.sidewalk or 0.0)
+        if setback(spec) > 0.0:
+            outer = (lane for lane in network.lanes if lane.role is not LaneRole.CONNECTING and lane.number == 1)
+            curbs = (
+                each for each in network.surfaces if each.kind is SurfaceKind.CURB and each.parent in network.roads
+            )
+            far = (_border(road.forward.lanes[-1], kerb=False) for road in network.roads if not road.backward.lanes)
+            edges = tuple(_border(lane, kerb=True) for lane in outer)
+            kerbs = (*network.kerbs, *(_polyline(each) for each in curbs if each.intersection_id is None), *far)
+    crossings = [each for each in network.surfaces if each.kind is SurfaceKind.CROSSING]
+    return replace(
+        drawn,
+        kerbs=kerbs,
+        lane_lines=(*drawn.lane_lines, *edges),
+        reach=drawn.reach + beside,
+        strips=tuple(
+            (each.kind, ring)
+            for each in network.surfaces
+            if each.kind not in (SurfaceKind.CURB, SurfaceKind.CROSSING)
+            for ring in rings_of(each.shape)
+        ),
+        stripes=tuple(stripe for each in crossings for stripe in _stripes(each)),
+        parked=tuple(_block(*row) for row in network.buildings[len(network.buildings) - network.parked :].tolist()),
+    )
+
+
+def _polyline(surface: Surface) -> Floats:
+    paths = PathBook()
+    return paths.points(paths.add(surface.line))
+
+
+def rings_of(shape: Shape) -> Iterator[Floats]:
+    """Yield the closed outlines of a region, each (n, 2): edges that follow each other belong together."""
+    starts, ends = shape.edges[:, :2], shape.edges[:, 2:]
+    cuts = np.flatnonzero(np.any(ends[:-1] != starts[1:], axis=1)) + 1
+    yield from np.split(starts, cuts)
+
+
+def _stripes(crossing: Surface) -> Iterator[Floats]:
+    """Yield the painted stripes of a crossing, along the road."""
+    start, _ = crossing.ends_at
+    count = max(1, int((crossing.length / STRIPE + 1.0) // 2.0))
+    first = 0.5 * (crossing.length - (2 * count - 1) * STRIPE)
+    for number in range(count):
+        ahead = first + (2 * number + 0.5) * STRIPE
+        x, y = start.x + ahead * np.cos(start.heading), start.y + ahead * np.sin(start.heading)
+        yield _block(x, y, start.heading, STRIPE, crossing.width)
 
 
 def _of_lines(network: Network, drawn: Lines) -> Outline:
@@ -163,6 +242,8 @@ def near(road: Outline, points: Floats, reach: float) -> Outline:
         areas=tuple(ring for ring in road.areas if _passing(ring, low, high).any()),
         center_lines=tuple(road.center_lines[i] for i in visible),
         widths=tuple(road.widths[i] for i in visible),
+        strips=tuple(each for each in road.strips if _passing(each[1], low, high).any()),
+        stripes=tuple(ring for ring in road.stripes if _passing(ring, low, high).any()),
         signals=tuple(each for each in road.signals if _passing(each.line, low, high).any()),
         decks=tuple(each for each in road.decks if _passing(each[0], low, high).any()),
     )
@@ -183,9 +264,11 @@ def _parts(lines: Sequence[Floats], low: Floats, high: Floats) -> tuple[Floats, 
     return tuple(parts)
 
 
-def _block(x: float, y: float, _heading: float, length: float, width: float) -> Floats:
+def _block(x: float, y: float, heading: float, length: float, width: float) -> Floats:
     """Return (4, 2) corners, anticlockwise."""
-    return np.array([x, y]) + 0.5 * np.array([length, width]) * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    corners = 0.5 * np.array([length, width]) * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.array([x, y]) + corners @ np.array([[cos, sin], [-sin, cos]])
 
 
 def _border(lane: Lane, *, kerb: bool) -> Floats:

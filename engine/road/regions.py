@@ -138,23 +138,38 @@ class RegionBook:
 
     def area(self, region: int) -> float:
         """Return the area [m^2]."""
-        return float(triangle_areas(self._shapes[region].triangles).sum())
+        return shape_area(self._shapes[region])
 
     def contains(self, region: int, x: float, y: float) -> bool:
-        """Return True if the point is inside: a ray in +x crosses the boundary an odd number of times."""
-        x1, y1, x2, y2 = self._shapes[region].edges.T
-        spans = (y1 > y) != (y2 > y)
-        crossing = x1[spans] + (y - y1[spans]) * (x2[spans] - x1[spans]) / (y2[spans] - y1[spans])
-        return bool(np.count_nonzero(crossing > x) % 2)
+        """Return True if the point is inside."""
+        return contains(self._shapes[region], x, y)
 
     def distance(self, region: int, x: float, y: float) -> float:
         """Return the distance from the point to the region, 0 inside [m]; from the whole boundary."""
-        if self.contains(region, x, y):
-            return 0.0
-        x1, y1, x2, y2 = self._shapes[region].edges.T
-        dx, dy = x2 - x1, y2 - y1
-        along = np.clip(((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
-        return float(np.hypot(x1 + along * dx - x, y1 + along * dy - y).min())
+        return distance(self._shapes[region], x, y)
+
+
+def contains(shape: Shape, x: float, y: float) -> bool:
+    """Return True if the point is inside: a ray in +x crosses the boundary an odd number of times."""
+    x1, y1, x2, y2 = shape.edges.T
+    spans = (y1 > y) != (y2 > y)
+    crossing = x1[spans] + (y - y1[spans]) * (x2[spans] - x1[spans]) / (y2[spans] - y1[spans])
+    return bool(np.count_nonzero(crossing > x) % 2)
+
+
+def distance(shape: Shape, x: float, y: float) -> float:
+    """Return the distance from the point to a region, 0 inside [m]; from the whole boundary."""
+    if contains(shape, x, y):
+        return 0.0
+    x1, y1, x2, y2 = shape.edges.T
+    dx, dy = x2 - x1, y2 - y1
+    along = np.clip(((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
+    return float(np.hypot(x1 + along * dx - x, y1 + along * dy - y).min())
+
+
+def shape_area(shape: Shape) -> float:
+    """Return the area of a region [m^2]."""
+    return float(triangle_areas(shape.triangles).sum())
 
 
 def triangle_areas(triangles: Floats) -> Floats:
@@ -186,6 +201,11 @@ def _strip(primitives: bytes, width: float, tolerance: float) -> Shape:
     paths = PathBook()
     path = paths.add([Primitive(*row) for row in np.frombuffer(primitives).reshape(-1, 5).tolist()])
     left, right = borders(paths, path, width, tolerance)
+    return between(left, right)
+
+
+def between(left: Floats, right: Floats) -> Shape:
+    """Return the region between two borders, each (n, 2)."""
     ring = anticlockwise(_without_repeats(np.vstack([right, left[::-1]])))
     shape = shape_of_parts(ring_edges(ring), _tiles(left, right))
     is_rectangle = len(ring) == 4 and np.any(np.abs(left[1] - left[0]) < 1e-9)

@@ -15,10 +15,32 @@ from engine.frozen import frozen
 from engine.maps import Roundabout
 from engine.road.junction import CHORD_TOLERANCE
 from engine.road.linking import link_by_ways, maneuver
-from engine.road.network import Arm, Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
+from engine.road.network import (
+    Arm,
+    Intersection,
+    Lane,
+    LaneGroup,
+    LaneRole,
+    Maneuver,
+    Network,
+    Road,
+    Surface,
+    SurfaceKind,
+)
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape, anticlockwise, ring_edges, shape_of, shape_of_parts, strip, triangulate
-from engine.road.specification import LENGTHS, MAX_LANES, SHORTEST_ROAD, RoadError, wrong_choice, wrong_length
+from engine.road.specification import (
+    LENGTHS,
+    MAX_LANES,
+    SHORTEST_ROAD,
+    RoadError,
+    setback,
+    wrong_choice,
+    wrong_length,
+    wrong_street,
+    wrong_street_numbers,
+)
+from engine.road.streets import CLEAR, StreetBuilder, lay_street, stretch
 from engine.tables import ROAD_REGION, Floats
 
 ARMS = range(3, 9)
@@ -43,13 +65,21 @@ def wrong_roundabout_numbers(spec: Roundabout) -> Iterator[RoadError]:
     yield from wrong_length("corner_radius", spec.corner_radius, *CORNERS)
     for argument in ("approach", "lane_width"):
         yield from wrong_length(argument, getattr(spec, argument), *LENGTHS[argument])
+    yield from wrong_street_numbers(spec)
 
 
 def wrong_roundabout(spec: Roundabout) -> Iterator[RoadError]:
     """Yield the errors of numbers that are valid alone but not together."""
+    yield from wrong_street(spec, spec.corner_radius)
+    if (least := _crossing_end(spec)) > spec.approach:
+        yield RoadError(
+            f"`approach` is {spec.approach:g} m, shorter than the {least:g} m to the far side of the crossing",
+            "approach",
+            f"write `approach={math.ceil(least)} m` or more",
+        )
     if not _fits(spec, spec.radius):
         least = next((radius for radius in range(*map(int, RADII)) if _fits(spec, radius)), None)
-        width = spec.lanes * spec.lane_width
+        width = spec.lanes * spec.lane_width + setback(spec)
         yield RoadError(
             f"`radius` is {spec.radius:g} m, too small for a ring of {width:g} m with an island, and {spec.arms} arms "
             f"of {2.0 * width:g} m whose corners are arcs of {spec.corner_radius:g} m",
@@ -60,9 +90,18 @@ def wrong_roundabout(spec: Roundabout) -> Iterator[RoadError]:
         )
 
 
+CROSSING_SETBACK = 6.0
+"""Distance from the line of an arm to its crossing [m]: one car may wait at the line; *ours*."""
+
+
+def _crossing_end(spec: Roundabout) -> float:
+    """Return the distance from the line of an arm to the far side of its crossing [m]; 0 without crossings."""
+    return CROSSING_SETBACK + spec.crossing_width if spec.crossings else 0.0
+
+
 def _fits(spec: Roundabout, radius: float) -> bool:
     """Return True if there is an island, and road between neighbouring arms."""
-    half = spec.lanes * spec.lane_width
+    half = spec.lanes * spec.lane_width + setback(spec)
     if radius - half < ISLAND or 2.0 * spec.corner_radius * (radius - half) < half * half:
         return False  # else the line of an arm would be in the ring
     between = math.tau / spec.arms - 2.0 * math.asin((half + spec.corner_radius) / (radius + spec.corner_radius))
@@ -80,8 +119,8 @@ class Plan:
 
     @property
     def half_width(self) -> float:
-        """Return half the width of an arm, which is the whole width of the ring [m]."""
-        return self.spec.lanes * self.spec.lane_width
+        """Return half the width of an arm from kerb to kerb, which is the whole width of the ring [m]."""
+        return self.spec.lanes * self.spec.lane_width + setback(self.spec)
 
     @cached_property
     def line(self) -> float:
@@ -109,7 +148,7 @@ class Plan:
 
     def out(self, number: int) -> float:
         """Return the distance from the kerb to the middle of a lane [m]."""
-        return (number - 0.5) * self.spec.lane_width
+        return setback(self.spec) + (number - 0.5) * self.spec.lane_width
 
     # lines; `depth` is their distance from the kerb [m]
 
@@ -174,19 +213,27 @@ class Plan:
         """Return the area between the kerbs. Where parts touch there is no boundary."""
         edges: list[Floats] = []
         tiles: list[Floats] = []
-        middle = 0.5 * self.half_width
+        beside = setback(self.spec)
+        middle, width = 0.5 * (self.half_width + beside), self.half_width - beside
         for arm in range(self.spec.arms):
             paths = PathBook()
-            ring = strip(paths, paths.add([self.between(arm, middle)]), self.half_width, CHORD_TOLERANCE)
+            ring = strip(paths, paths.add([self.between(arm, middle)]), width, CHORD_TOLERANCE)
             tiles += [triangulate(anticlockwise(self.mouth(arm))), ring.triangles, self._arm_tiles(arm)]
             across = len(ring.edges) // 2  # the ring's outline runs along one border and back along the second
             edges += [np.delete(ring.edges, [across - 1, len(ring.edges) - 1], axis=0), self._arm_edges(arm)]
-            edges += [np.hstack([line[:-1], line[1:]]) for line in self.kerbs(arm)]
+            edges += [np.hstack([line[:-1], line[1:]]) for line in (*self.kerbs(arm), *self._beside_lanes(arm))]
         return shape_of_parts(np.round(np.vstack(edges), SAME), np.vstack(tiles))
 
+    def _beside_lanes(self, arm: int) -> list[Floats]:
+        """Return the borders of an intersection beside the lanes that meet it: from the kerbs to the outer lanes."""
+        if (beside := setback(self.spec)) == 0.0:
+            return []
+        kerb, border = ([_points(line(arm, depth)) for line in (self.entry, self.exit)] for depth in (0.0, beside))
+        return [np.array([one[at], other[at]]) for one, other in zip(kerb, border, strict=True) for at in (0, -1)]
+
     def _arm_corners(self, arm: int) -> Floats:
-        """Return (4, 2): the end of the kerb at the line, out along it, across the end, and back."""
-        lines = self.arm_line(arm, 0.0, inward=True), self.arm_line(arm, 0.0, inward=False)
+        """Return (4, 2): the end of the outer lane at the line, out along it, across the end, and back."""
+        lines = [self.arm_line(arm, setback(self.spec), inward=way) for way in (True, False)]
         (far, near), (start, end) = (_points(line) for line in lines)
         return np.array([near, far, end, start])
 
@@ -252,7 +299,46 @@ class _Builder:
         network.kerbs = tuple(kerb for arm in self.arms for kerb in plan.kerbs(arm))
         link_by_ways(network, {each.connecting: (each.end,) for each in network.maneuvers})
         network.links.gives_way = [self.gives_way(maneuver) for maneuver in network.maneuvers]
+        lay_street(network, self.surfaces)
         return network
+
+    def surfaces(self, network: Network) -> tuple[Surface, ...]:
+        """Return all surfaces: beside the arms and the ring, around the corners, and the crossings over the arms."""
+        street, plan = StreetBuilder(network), self.plan
+        spec = plan.spec
+        by_road: dict[str, list[Surface]] = {}
+        first, last = CROSSING_SETBACK - CLEAR, _crossing_end(spec) + CLEAR
+        for road in network.roads:
+            is_ring = not road.backward.lanes
+            for group in road.groups:
+                lane = group.lanes[0]
+                inward = lane.role is LaneRole.INCOMING
+                near = (max(0.0, first), last) if spec.crossings else (0.0, CLEAR)
+                clear = (lane.length - near[1], lane.length) if inward else (0.0, near[1])
+                street.beside(lane, [clear], parking=not is_ring)
+            by_road[road.name] = [each for each in street.surfaces if each.road == road.name]
+        for arm in self.arms:
+            for name, line in (("entry", plan.entry), ("exit", plan.exit)):
+                place = f"{self.name(arm)}.{name}"
+                if spec.sidewalk is not None:
+                    walk = [line(arm, -0.5 * spec.sidewalk)]
+                    kind, at = SurfaceKind.SIDEWALK, self.name(arm)
+                    street.add(kind, f"{place}.sidewalk", walk, spec.sidewalk, at, intersection=arm)
+                street.add_curb(place, [line(arm, 0.0)], self.name(arm), at=arm)
+            if spec.crossings:
+                self.add_crossing(street, arm, by_road[f"arm{arm + 1}"])
+        return street.finish()
+
+    def add_crossing(self, street: StreetBuilder, arm: int, beside: Sequence[Surface]) -> None:
+        """Add the crossing over an arm, at a distance from its line."""
+        plan, road = self.plan, f"arm{arm + 1}"
+        axis = [plan.arm_line(arm, plan.half_width, inward=False)]
+        part = stretch(axis, CROSSING_SETBACK, _crossing_end(plan.spec))
+        walks = [each.id for each in beside if each.kind is SurfaceKind.SIDEWALK]
+        # The arm's axis leads away from the ring: on its right are the lanes away from the ring, in left-hand traffic
+        # those to the ring, which come first.
+        ends = (walks[0], walks[1]) if plan.spec.left_hand else (walks[1], walks[0])
+        street.cross(f"{road}.crossing", part, (plan.half_width, plan.half_width), road, ends)
 
     def arm(self, arm: int) -> tuple[tuple[Lane, ...], tuple[Lane, ...]]:
         """Return its lanes to the ring, and away from it."""

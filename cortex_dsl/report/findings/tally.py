@@ -40,15 +40,21 @@ class Tally:
     """(requirements,)"""
     failed: Counts = field(default_factory=_zeros)
     """(requirements,) of those tested; a requirement is only tested where the earlier ones passed."""
+    long: int = 0
+    """Scenes that needed more than `FREE_ATTEMPTS`: with `--prune`, those that went on in bounds."""
 
     def plus(self, scenes: "Scenes") -> "Tally":
+        from engine.sampling import FREE_ATTEMPTS
+
         tested, failed = scenes.tested.sum(axis=0, dtype=np.int64), scenes.failed.sum(axis=0, dtype=np.int64)
+        went_on = (scenes.attempts > FREE_ATTEMPTS) | ((scenes.attempts == FREE_ATTEMPTS) & ~scenes.valid)
         return Tally(
             self.scenes + len(scenes),
             self.verdicts + np.bincount(scenes.verdict, minlength=len(Verdict)),
             self.attempts + int(scenes.attempts.sum()),
             tested + (self.tested if self.tested.size else 0),
             failed + (self.failed if self.failed.size else 0),
+            self.long + int(went_on.sum()),
         )
 
     @classmethod

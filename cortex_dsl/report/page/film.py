@@ -12,6 +12,7 @@ import numpy as np
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
 from cortex_dsl.report.findings.framing import BAND, CARD, Frame
 from engine.extras import needed
+from engine.road.network import SurfaceKind
 from engine.road.outline import DECK_EDGE, DECK_SHADOW
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -27,6 +28,14 @@ HOLD = 1.2
 """How long contact, and the end, stand still [s]."""
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
 BUILDING = "#c9c7c1"
+STRIPS = {
+    SurfaceKind.SIDEWALK: "#e3e3e1",
+    SurfaceKind.SHOULDER: "#afb3b8",
+    SurfaceKind.PARKING: "#ced0cd",
+    SurfaceKind.BIKE_LANE: "#cd8b71",
+}
+"""Colours of the strips beside the lanes; these and that of parked cars are mixtures of two colours of the palette."""
+PARKED = "#77787e"
 ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
 HOT, GLASS = "#c8400a", "#f4f6f8"
 YELLOW = "#e0a800"
@@ -110,6 +119,8 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     draw, road = draw_module.Draw(ground), replay.road
     for ring in road.buildings:
         draw.polygon(lens(ring), fill=BUILDING)
+    for kind, ring in road.strips:
+        draw.polygon(lens(ring), fill=STRIPS[kind])
     for line, width in zip(road.center_lines, road.widths, strict=True):
         draw.line(lens(line), fill=ASPHALT, width=round((width + 0.1) * lens.scale), joint="curve")
     for ring in road.areas:
@@ -120,6 +131,9 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
         draw.line(lens(line), fill=MARKING, width=round(0.42 * lens.scale))
     for line in road.kerbs:
         draw.line(lens(line), fill=KERB, width=max(1, round(0.22 * lens.scale)))
+    for rings, tint in ((road.stripes, MARKING), (road.parked, PARKED)):
+        for ring in rings:
+            draw.polygon(lens(ring), fill=tint)
     for excess, paint in ((DECK_SHADOW, INK), (DECK_EDGE, KERB), (0.0, ASPHALT)):
         for line, width in road.decks:
             draw.line(lens(line), fill=paint, width=round((width + excess) * lens.scale), joint="curve")

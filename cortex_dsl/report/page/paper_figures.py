@@ -23,7 +23,7 @@ from cortex_dsl.report.findings.study_report import (
     in_layout_of_paper,
     measure_called,
 )
-from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB, SIGNALS
+from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB, PARKED, SIGNALS, STRIPS
 from engine.extras import needed
 from engine.search.journal_reader import Record
 from engine.study.comparisons import Comparison, Measure, compare_all, sample
@@ -131,8 +131,13 @@ def _scene(replay: CaseReplay, frame: Frame) -> Any:
     axes = figure.subplots()
     for ring in replay.road.buildings:
         axes.fill(*frame.turned(ring).T, color=BUILDING, linewidth=0)
+    for kind, ring in replay.road.strips:
+        axes.fill(*frame.turned(ring).T, color=STRIPS[kind], linewidth=0)
     for ring in replay.road.areas:
         axes.fill(*frame.turned(ring).T, color=ASPHALT, linewidth=0)
+    for rings, tint in ((replay.road.stripes, KERB), (replay.road.parked, PARKED)):
+        for ring in rings:
+            axes.fill(*frame.turned(ring).T, color=tint, linewidth=0)
     for line in replay.road.kerbs:
         axes.plot(*frame.turned(line).T, color=KERB, linewidth=0.8)
     for line in (*replay.road.middle_lines, *replay.road.lane_lines):

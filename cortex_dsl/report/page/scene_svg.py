@@ -64,10 +64,11 @@ def _lengthened(line: Floats, by: float) -> Floats:
 
 
 def road_layer(road: Outline, time: float = 0.0) -> Element:
-    """Return buildings, asphalt, lines and kerbs, and the colours of lights at a time [s]."""
+    """Return all that is painted or built, and the colours of lights at a time [s]."""
     return element(
         "g",
         [element("polygon", points=points_text(ring), class_="building") for ring in road.buildings],
+        [element("polygon", points=points_text(ring), class_=kind.value) for kind, ring in road.strips],
         [
             _line(_lengthened(line, SEAM), "asphalt", stroke_width=number(width + 2.0 * SEAM))
             for line, width in zip(road.center_lines, road.widths, strict=True)
@@ -77,6 +78,8 @@ def road_layer(road: Outline, time: float = 0.0) -> Element:
         [_line(line, "lane-line") for line in road.lane_lines],
         [_line(line, "middle-line") for line in road.middle_lines],
         [_line(line, "stop-line") for line in road.stop_lines],
+        [element("polygon", points=points_text(ring), class_="stripe") for ring in road.stripes],
+        [element("polygon", points=points_text(ring), class_="parked") for ring in road.parked],
         [_line(each.line, f"signal {each.colour(time)}".rstrip()) for each in road.signals],
         _deck_layer(road),
         class_="road",

@@ -42,12 +42,12 @@ FIRST_RUNS = 50
 WARM = 5.0
 """[s]"""
 LONG = 10.0
-"""Least duration of the whole for which an estimate is shown [s]."""
+"""Least time left for which an estimate is shown [s]."""
 
 
 @dataclass
 class Estimate:
-    """Prints once, after the first runs, the cost of a run and the time of the whole, if that is long."""
+    """Prints once, after the first runs, the cost of a run and the time of the whole, if much of it is left."""
 
     console: Console
     of: str = "run"
@@ -71,7 +71,7 @@ class Estimate:
             return
         each = seconds / runs
         total = now - self.started + each * left
-        if total >= LONG:
+        if each * left >= LONG:
             self._shown = True
             cost = duration(each) if each >= 1.0 else f"{float(f'{1000.0 * each:.2g}'):g} ms"
             text = f"about {cost} a {self.of}, about {duration(total)} {self.whole}"

@@ -106,8 +106,14 @@ def _drawn(
     ways = [_way(trajectory, actor) for actor in range(len(trajectory.outlines))]
     for line in (*road.middle_lines, *road.lane_lines):
         canvas.line(_points(line), "road", on=1, off=3)
+    for _, ring in road.strips:
+        canvas.line(_closed(ring), "quiet", on=1, off=5)
+    for ring in road.stripes:
+        canvas.line(_closed(ring), "road", on=1, off=1)
     for line in (*road.stop_lines, *road.kerbs, *(np.vstack([ring, ring[:1]]) for ring in road.buildings)):
         canvas.line(_points(line), "road")
+    for ring in road.parked:
+        canvas.line(_closed(ring), "quiet")
     for actor, way in reversed(list(enumerate(ways))):
         on, off = GAPS[actor % len(GAPS)]
         canvas.line(way, actor_style(actor), on=on, off=off)
@@ -132,6 +138,10 @@ def mark_signals(canvas: Canvas, road: Outline, time: float) -> None:
     for signal in road.signals:
         x, y = signal.line.mean(axis=0).tolist()
         canvas.mark((x, y), *LIGHTS[signal.colour(time)])
+
+
+def _closed(ring: Floats) -> list[Point]:
+    return _points(np.vstack([ring, ring[:1]]))
 
 
 def _points(line: Floats) -> list[Point]:

@@ -59,8 +59,8 @@ FASTER_THAN_TOP = Problem(
 NO_PLACE = Problem(
     "SCN407",
     "this {name} has no place",
-    "people stand on sidewalks and crossings, which this road does not have",
-    "say where: `at (x, y)`, `right of x by d`, `on road`",
+    "only in files with a `model` line are people on sidewalks and crossings by default",
+    "say where: `on sidewalk`, `at (x, y)`, `right of x by d`",
 )
 TWO_PLACES = Problem(
     "SCN408",
@@ -249,11 +249,11 @@ SCENIC_MODEL = note(
 
 # -- Lanes during the run, library behaviors and traffic lights --------------------------------------------------------
 
-NOT_ON_GRID = Problem(
+NOT_ON_MAP = Problem(
     "SCN450",
-    "roads here have no `{name}`",
-    "they consist of lanes and intersections only, also in a map file",
-    "place people with `right of ego by 3` or `at (x, y)`, and `with regionContainedIn None`",
+    "this map has no `{name}`",
+    "{reason}",
+    "{cure}",
 )
 NO_SIGNALS = Problem(
     "SCN451",

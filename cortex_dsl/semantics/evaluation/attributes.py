@@ -7,10 +7,11 @@ from typing import TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
+from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN, NOT_STARTED, ONLY_WHILE_RUNNING
-from cortex_dsl.semantics.errors.scene import NOT_ON_GRID
 from cortex_dsl.semantics.errors.values import LAST_ACTIONS
-from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals
+from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals, streets
+from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, position, state
 from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of, region_of_intersections
@@ -23,6 +24,7 @@ from cortex_dsl.semantics.model.values import (
     DirectionField,
     EnumValue,
     GlobalParameters,
+    GroupNow,
     Items,
     LaneNow,
     Namespace,
@@ -53,8 +55,9 @@ from engine.road.network import (
     Network,
     Road,
     RoadSign,
+    Surface,
 )
-from engine.road.sections import LaneSection, group_of, opposite_group, road_of
+from engine.road.sections import LaneSection, group_of, road_of
 from engine.vocabulary import ManeuverType, State
 
 # -- attributes at points ----------------------------------------------------------------------------------------------
@@ -125,6 +128,43 @@ def _known(ev: Evaluator, place: Value, name: str) -> Lane | Point:
     return x, y
 
 
+_SURFACES: Mapping[str, Callable[[Network, float, float], Value]] = {
+    "sidewalkAt": lambda network, x, y: streets.at_point(network, streets.SIDEWALK, x, y),
+    "crossingAt": lambda network, x, y: streets.at_point(network, streets.CROSSING, x, y),
+    "shoulderAt": lambda network, x, y: streets.at_point(network, streets.SHOULDER, x, y),
+    "elementAt": streets.element_at,
+}
+
+
+def _surface(ev: Evaluator, place: Value, name: str, reject: Value = None) -> Value:
+    """Return the element at a point; with `reject`, reject the scene where there is none."""
+    point = position(ev, place, ev.algebra.span, f"the argument of `{name}`")
+    x, y = closed_value(point.x), closed_value(point.y)
+    if x is None or y is None:
+        suggestion = "ask at a point that is known before the run, as in `(3 m, 40 m)`"
+        raise LANE_OF_THE_RUN.mistake(ev.algebra.span, name=name, suggestion=suggestion)
+    found = _SURFACES[name](network_of(ev), x, y)
+    if found is None and _is_set(ev, reject):
+        raise Rejection(f"nothing is there for `{name}`", ev.algebra.span)
+    return found
+
+
+def _is_set(ev: Evaluator, reject: Value) -> bool:
+    return known_truth(ev, reject, ev.algebra.span, "`reject`") if isinstance(reject, Truth) else bool(reject)
+
+
+def _finder(ev: Evaluator, name: str) -> Closure:
+    return Closure(("point", "reject"), lambda place, reject=None: _surface(ev, place, name, reject), optional=1)
+
+
+def _crossing_of(ev: Evaluator, road: Road) -> Closure:
+    def find(place: Value, reject: Value = None) -> Value:
+        found = _surface(ev, place, "crossingAt", reject)
+        return found if isinstance(found, Surface) and found.road == road.name else None
+
+    return Closure(("point", "reject"), find, optional=1)
+
+
 def _predicate(ev: Evaluator, name: str) -> Closure:
     return Closure(("point",), lambda place: _KINDS[name](network_of(ev), _known(ev, place, name)))
 
@@ -135,6 +175,7 @@ AT_POINTS: Mapping[str, Callable[[Evaluator, Network], Value]] = {
     "roadAt": lambda ev, _: _predicate(ev, "roadAt"),
     "laneGroupAt": lambda ev, _: _predicate(ev, "laneGroupAt"),
     "intersectionAt": lambda ev, _: _predicate(ev, "intersectionAt"),
+    **{name: lambda ev, _, name=name: _finder(ev, name) for name in _SURFACES},
 }
 
 
@@ -184,6 +225,7 @@ _INTERSECTION: dict[str, Callable[[Evaluator, Intersection], Value]] = {
     "name": lambda _, intersection: intersection.name,
     "signals": signals.signals_of,
     "isSignalized": lambda ev, intersection: Truth(ev.algebra.truth(signals.is_signalized(ev, intersection))),
+    "crossings": lambda _, intersection: streets.crossings_of(intersection),
     "roads": lambda _, intersection: tuple(dict.fromkeys(road_of(lane) for lane in intersection.incoming_lanes)),
 }
 
@@ -198,6 +240,7 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
     "laneGroups": lambda _, network: tuple(group for road in network.roads for group in road.groups),
     "laneSections": lambda _, network: lanes.all_sections(network),
     "elements": lambda _, network: Elements(network),
+    **streets.OF_NETWORK,
     **AT_POINTS,
 }
 
@@ -242,8 +285,8 @@ _OF_LISTS: dict[str, Callable[[Evaluator, Items], Value]] = {"append": lists.app
 
 _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (LaneSection, lanes.OF_SECTION),
-    (LaneGroup, lanes.OF_GROUP),
-    (Road, lanes.OF_ROAD),
+    (LaneGroup, {**lanes.OF_GROUP, **streets.OF_GROUP}),
+    (Road, {**lanes.OF_ROAD, **streets.OF_ROAD, "crossingAt": _crossing_of}),
     (RoadSection, lanes.OF_ROAD_SECTION),
     (Signal, _SIGNAL),
     (RoadSign, _SIGN),
@@ -283,27 +326,24 @@ RUNNING_ATTRIBUTES = frozenset({*_STATES, "x", "y"} - {"speed"})
 _OF_PLACE: Mapping[str, Callable[[Value], Value]] = {
     "lane": lambda lane: lane,
     "laneSection": lanes.as_section,
-    "laneGroup": lambda lane: group_of(known) if isinstance(known := lanes.chosen(lane), Lane) else None,
-    "oppositeLaneGroup": lambda lane: opposite_group(known) if isinstance(known := lanes.chosen(lane), Lane) else None,
+    "laneGroup": lambda lane: streets.group_now(lane, opposite=False),
+    "oppositeLaneGroup": lambda lane: streets.group_now(lane, opposite=True),
 }
 """Attributes of an object that concern its present lane; also with a leading `_`, as in Scenic."""
 
-_NOT_ON_A_GRID = frozenset(
-    {
-        "sidewalk", "sidewalks", "sidewalkRegion", "walkableRegion", "curb", "curbRegion", "shoulder", "shoulders",
-        "shoulderRegion", "crossings", "crossingRegion", "bikeLane", "openDriveID", "connectingRoads",
-    }
-)  # fmt: skip
-"""Attributes of Scenic's networks that a grid of lanes lacks."""
+_OF_POINT: Mapping[str, str] = {"crossing": "crossingAt", "element": "elementAt"}
+"""Attributes of an object that concern its present place; without a leading `_` the scene is rejected where there is
+none."""
 
 
 def attribute_names() -> frozenset[str]:
     """Every name that may follow a dot, properties and params aside."""
     beside = (name for name in lanes.OF_SECTION_BESIDE if not name.startswith("_"))
-    own = (*relations.EDGES, *regions.attribute_names)
+    own = (*relations.EDGES, *regions.attribute_names, *(name for of in streets.OF_SURFACE.values() for name in of))
     names = {
         *_STATES,
         *_OF_PLACE,
+        *_OF_POINT,
         *_OF_ACTOR,
         *own,
         *beside,
@@ -339,6 +379,11 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return found
     if isinstance(value, LaneNow):
         return lanes.of_lane_now(ev, value, name, span)
+    if isinstance(value, GroupNow):
+        return streets.of_group_now(ev, value, name, span)
+    value = lanes.chosen(value)
+    if isinstance(value, Surface):
+        return _of(name, span, kind_name(value), streets.OF_SURFACE[value.kind])(ev, value)
     if isinstance(value, Signal) and name in _SIGN.keys() - _SIGNAL and (sign := signals.sign_of(value)) is not None:
         return _SIGN[name](ev, sign)
     if isinstance(value, LaneSection) and name in lanes.OF_SECTION_BESIDE:
@@ -362,8 +407,6 @@ def _of_an_item(items: tuple[Value, ...], name: str) -> str:
 
 
 def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:
-    if name not in table and name.removeprefix("_") in _NOT_ON_A_GRID:
-        raise NOT_ON_GRID.mistake(span, name=name)
     if name not in table:
         raise UNKNOWN_ATTRIBUTE.mistake(span, kind=kind, name=name, suggestion=did_you_mean(name, table))
     return table[name]
@@ -396,6 +439,8 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         return _OF_ACTOR[name](ev, actor)
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(lane_under(ev, actor))
+    if (finder := _OF_POINT.get(name.removeprefix("_"))) is not None:
+        return _surface(ev, actor, finder, not name.startswith("_"))
     if name in relations.EDGES:
         return relations.edge_of(ev, actor, relations.EDGES[name])
     if name == "lastActions":

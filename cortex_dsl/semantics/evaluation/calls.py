@@ -91,10 +91,11 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
             case MonitorValue():
                 return monitor_call(callee, given, node.span)
             case Closure():
-                slots = [Slot(name) for name in callee.parameters]
+                least = len(callee.parameters) - callee.optional
+                slots = [Slot(name, i >= least) for i, name in enumerate(callee.parameters)]
                 signature = f"lambda {', '.join(callee.parameters)}"
                 bound = bind("lambda", signature, slots, given, node.span)
-                return callee.apply(*(bound[name].value for name in callee.parameters))
+                return callee.apply(*(bound[name].value for name in callee.parameters if name in bound))
             case Function():
                 return callee.apply(ev.moment, _function_arguments(callee, given, node.span))
     raise NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))

@@ -22,6 +22,7 @@ from cortex_dsl.semantics.model.values import (
     Pose,
     Quantity,
     Region,
+    SurfaceNow,
     Truth,
     Value,
 )
@@ -38,7 +39,7 @@ from cortex_dsl.semantics.quantities.units import LENGTH, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.linking import shortest_way
-from engine.road.network import Intersection, Lane, LaneGroup, Network, Road
+from engine.road.network import Intersection, Lane, LaneGroup, Network, Road, Surface
 from engine.road.sections import (
     LaneSection,
     group_of,
@@ -171,20 +172,20 @@ def _id(lane: Lane | None) -> float:
     return NOBODY if lane is None else float(lane.id)
 
 
-def of_each(ev: Evaluator, lane: Lane | LaneNow, name: str) -> Term:
+def of_each(ev: Evaluator, lane: Lane | LaneNow | Surface, name: str) -> Term:
     """Return a number of a lane by its name in `Lane`; for a random lane, a lookup in a table."""
-    if isinstance(lane, Lane):
+    if isinstance(lane, Lane | Surface):
         return ev.algebra.literal(float(getattr(lane, name)))
     return looked_up(ev, lane.id, [getattr(each, name) for each in network_of(ev).lanes])
 
 
 def chosen(value: Value) -> Value:
-    """The value; a lane that the scene draws is chosen by variants instead.
+    """The value; a lane or surface that the scene draws is chosen by variants instead.
 
     Raises:
         NeedsExpansion: it is such a lane.
     """
-    if isinstance(value, LaneNow) and value.drawn:
+    if isinstance(value, LaneNow | SurfaceNow) and value.drawn:
         raise NeedsExpansion(value.drawn)
     return value
 
@@ -322,6 +323,6 @@ def region_of(value: Value) -> Region | None:
     value = chosen(value)
     if isinstance(value, LaneSection):
         value = value.lane
-    if isinstance(value, Lane | Intersection):
+    if isinstance(value, Lane | Intersection | Surface):
         return Region(value.region, value.name)
     return value if isinstance(value, Region) else None

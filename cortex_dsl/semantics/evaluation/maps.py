@@ -1,41 +1,50 @@
 """`map KIND(...)`: the road that a file asks for. Kinds and their arguments are the types of `engine.maps`."""
 
 import math
-from collections.abc import Container, Mapping
-from dataclasses import fields
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import Field, fields
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
+from cortex_dsl.ir import Dimension
 from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scene import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
 from cortex_dsl.semantics.errors.values import NOT_FINITE
-from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each, items_of
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
 from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.evaluation.roads import network_for
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Quantity, Value
-from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, SPEED
+from cortex_dsl.semantics.model.values import Quantity, Truth, Value
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
 from engine.errors import CortexError, InterchangeError
-from engine.maps import KINDS, MapFile, MapSpec
+from engine.maps import KINDS, MapFile, MapSpec, Places
 from engine.road.build import MAKERS, wrong_numbers
 
 FILE = MapFile.kind
+
+
+def _arguments(spec: type[MapSpec]) -> tuple[str, ...]:
+    """Return the arguments of a kind of map, its own before those of every street."""
+    every: Sequence[Field[Any]] = fields(spec)  # type: ignore[arg-type]
+    return tuple(each.name for each in sorted(every, key=lambda each: each.kw_only is True))
+
+
 MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        kind: ("file",) if kind == FILE else tuple(each.name for each in fields(spec))  # type: ignore[arg-type]
-        for kind, spec in KINDS.items()
-    }
+    {kind: ("file",) if kind == FILE else _arguments(spec) for kind, spec in KINDS.items()}
 )
 """Kinds of built-in maps, by the word after `map`."""
 WHOLE = frozenset({"ways", "lanes", "rows", "cols", "arms"})
-TRUTHS = frozenset({"left_hand", "one_way"})
-DIMENSIONS = {"bend": ANGLE, "speed_limit": SPEED}
+TRUTHS = frozenset({"left_hand", "one_way", "bike_lane_behind_parking"})
+DIMENSIONS = {"bend": ANGLE, "speed_limit": SPEED, "parked": PURE}
 """Dimensions of the arguments; all others are lengths."""
+PLACES = "crossings"
+"""Argument that is a truth or a list of places along the road."""
 
 
 def lay_out(ev: Evaluator, node: nodes.Map) -> None:
@@ -121,7 +130,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
         Mistake: no road fits; the error of each argument has been reported.
     """
     given, mistaken = evaluate_each(ev, node.arguments)
-    values: dict[str, float | bool] = {}
+    values: dict[str, float | bool | Places] = {}
     spans: dict[str, Span] = {}
     for argument in given:
         try:
@@ -155,7 +164,7 @@ def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:
     return all(name in good or name not in meant for name in _ROOMY[node.kind])
 
 
-def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -> None:
+def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool | Places]) -> None:
     """Use the readable arguments for the map, so that later statements are not checked against another map."""
     kind = KINDS[node.kind]
     spec, maker = kind(**values), MAKERS[kind]  # type: ignore[arg-type]
@@ -188,13 +197,21 @@ def _name(kind: str, argument: Given, known: Container[str]) -> str:
     return argument.name
 
 
-def _value(ev: Evaluator, argument: Given, name: str) -> float | bool:
+def _value(ev: Evaluator, argument: Given, name: str) -> float | bool | Places:
     what = f"`{name}` of the map"
+    if name == PLACES:
+        if isinstance(argument.value, Truth):
+            return known_truth(ev, argument.value, argument.span, what, may_vary=False)
+        items = items_of(argument.value, argument.span, what)
+        return tuple(_number(ev, Given(each, argument.span), LENGTH, what) for each in items)
     if name in WHOLE:
         return whole_number(ev, argument.value, argument.span, what, may_vary=False)
     if name in TRUTHS:
         return known_truth(ev, argument.value, argument.span, what, may_vary=False)
-    dimension = DIMENSIONS.get(name, LENGTH)
+    return _number(ev, argument, DIMENSIONS.get(name, LENGTH), what)
+
+
+def _number(ev: Evaluator, argument: Given, dimension: Dimension, what: str) -> float:
     expr = adopt(ev, argument.value, dimension, argument.span, what)
     value = ev.constant(Quantity(expr, dimension), argument.span, what, may_vary=False)
     if not math.isfinite(value):

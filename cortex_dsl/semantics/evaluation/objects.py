@@ -1,5 +1,6 @@
 """`new`: points, and the objects of the scene with all their properties."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -19,16 +20,30 @@ from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class
 from cortex_dsl.semantics.evaluation.mutation import mutated, record
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_origin, within
 from cortex_dsl.semantics.evaluation.ranges import in_range
-from cortex_dsl.semantics.evaluation.roads import ROAD
+from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.evaluation.specifiers import place
+from cortex_dsl.semantics.evaluation.streets import walkable
+from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector, View
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    Cell,
+    DirectionField,
+    Pose,
+    Quantity,
+    Region,
+    Truth,
+    Value,
+    Vector,
+    View,
+)
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.properties import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES, PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.road.areas import vehicle_region
 from engine.road.network import Network
 from engine.vocabulary import ActorKind
 
@@ -255,10 +270,18 @@ def _let_change(ev: Evaluator, actor: Actor) -> None:
             ev.run.built.zeroed |= {cell.assigned, cell.value}
 
 
+def starts_on_road(actor: Actor) -> bool:
+    """Return whether the whole outline of an object must lie on the road, up to its kerbs, at the start."""
+    return actor.kind not in OFF_ROAD and not isinstance(actor.properties.get("regionContainedIn", actor), Area | None)
+
+
 def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:
     """Add the requirements of an object's specifiers: the region that contains it, and its visibility."""
     line = ev.facts.line(node.span)
     own = None if placement.observed is not None else actor.properties.get("regionContainedIn")
+    if starts_on_road(actor) and (between := vehicle_region(network_of(ev))) != ROAD.id:
+        inside = geometry.inside(ev, actor, Region(between, "between the kerbs"), node.span)
+        ev.run.built.requirements.append(ir.Requirement(inside, 1.0, f"{actor.name} lies between the kerbs", line))
     for region in (placement.contained, own):
         if region is not None:
             inside = geometry.inside(ev, actor, ROAD if isinstance(region, Network) else region, node.span)
@@ -277,10 +300,14 @@ def _actor_pose(
 ) -> Pose:
     """The heading of its place comes before that of its class, and this before that of its kind."""
     ev = making.ev
-    if not found.places and not making.declares("position") and making.kind is ActorKind.PEDESTRIAN:
+    walks_anywhere = not found.places and not making.declares("position") and making.kind is ActorKind.PEDESTRIAN
+    if walks_anywhere and not ev.facts.from_scenic:
         raise NO_PLACE.mistake(node.span, name=node.class_name)
     off_road = as_meant(ev, ev.algebra.literal(0.0)) if making.kind in OFF_ROAD else None
-    placement = _actor_placement(making, node, found, off_road)
+    if walks_anywhere:
+        placement = _on_foot(ev, node, with_heading=not found.facings and not making.declares("heading"))
+    else:
+        placement = _actor_placement(making, node, found, off_road)
     placed.append(placement)
     if placement.heading is None or not found.places:
         heading = making.default_heading(placement.point) if found.settled is None else None
@@ -288,6 +315,14 @@ def _actor_pose(
             placement = replace(placement, heading=heading, lane=None)
     default = road_heading(placement.point.x, placement.point.y) if off_road is None else off_road
     return _posed(ev, node, found, placement, default, name)
+
+
+def _on_foot(ev: Evaluator, node: nodes.New, *, with_heading: bool) -> Placement:
+    """Return a random place on sidewalks and crossings, with any heading, as in Scenic."""
+    region = walkable(ev, node.span)
+    assert isinstance(region, Region)
+    placement = within(ev, region)
+    return replace(placement, heading=ev.run.new_draw() * math.tau if with_heading else None)
 
 
 def _own_heading(ev: Evaluator, node: nodes.New, found: SpecifierGroups, default: Term | None) -> Term:

@@ -23,6 +23,7 @@ from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.random_values import Site, scaled
 from cortex_dsl.semantics.evaluation.roads import named_constant
+from cortex_dsl.semantics.evaluation.streets import REGIONS
 from cortex_dsl.semantics.evaluation.texts import joined_text
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -99,6 +100,8 @@ def name(ev: Evaluator, node: nodes.Name) -> Value:
             return geometry.ego_of(ev, node.span, "this")
         if ev.moment.over and node.id in over_run.RESULTS:
             return over_run.result(ev, node)
+        if (region := REGIONS.get(node.id)) is not None:
+            return region(ev, node.span)
         if (known := named_constant(ev, node.id, node.span)) is not None:
             return known.value
     return ev.lookup(node.id, node.span)

@@ -5,16 +5,26 @@ from collections.abc import Callable
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.scene import BAD_REGION
 from cortex_dsl.semantics.errors.values import WRONG_KIND
-from cortex_dsl.semantics.evaluation import geometry, lanes
+from cortex_dsl.semantics.evaluation import geometry, lanes, streets
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Centerline, LaneNow, Pose, Region, Sighted, Value, Vector
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    Centerline,
+    LaneNow,
+    Pose,
+    Region,
+    Sighted,
+    SurfaceNow,
+    Value,
+    Vector,
+)
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, path_pose, path_project, region_sample, road_heading
 from cortex_dsl.source import Span
 from engine.frozen import frozen
-from engine.road.network import Lane, Network
+from engine.road.network import Lane, Network, Surface, SurfaceKind
 from engine.road.sections import LaneSection
 
 
@@ -68,6 +78,12 @@ def somewhere_in(ev: Evaluator, value: Value, span: Span, keyword: str) -> Place
         return on_centerline(ev, value.lane)
     if isinstance(value, Area):
         return in_area(ev, value, span)
+    if isinstance(value, SurfaceNow):
+        return on_surface_now(ev, value, span)
+    if isinstance(value, Surface) and value.kind is SurfaceKind.CURB:
+        return on_path(of_path(ev, value.path), ev.run.new_draw() * value.length, None, drawn=True)
+    if isinstance(value, Surface):
+        return along(ev, ev.algebra.literal(float(value.region)), of_path(ev, value.path))
     if isinstance(value, LaneNow) and value.drawn:
         return along(ev, lanes.of_each(ev, value, "region"), lanes.of_each(ev, value, "path"))
     if (region := geometry.region_of(value)) is not None:
@@ -79,6 +95,20 @@ def somewhere_in(ev: Evaluator, value: Value, span: Span, keyword: str) -> Place
         actual=kind_name(value),
         cure="as in `in lane.centerline`, `on road`",
     )
+
+
+def of_path(ev: Evaluator, path: int) -> Term:
+    return ev.algebra.literal(float(path))
+
+
+def on_surface_now(ev: Evaluator, surface: SurfaceNow, span: Span) -> Placement:
+    """Return a uniform placement on a strip beside the lanes of a group that only the scene knows."""
+    region, path, length = streets.found_now(ev, surface)
+    if None in surface.options:
+        require_place(ev, length > 0.0, span)
+    if surface.options[-1] is not None and surface.options[-1].kind is SurfaceKind.CURB:
+        return on_path(path, ev.run.new_draw() * length, None, drawn=True)
+    return along(ev, region, path)
 
 
 def in_area(ev: Evaluator, area: Area, span: Span) -> Placement:
@@ -99,9 +129,9 @@ def require_place(ev: Evaluator, condition: Term, span: Span) -> None:
     )
 
 
-def on_centerline(ev: Evaluator, lane: Lane | LaneNow) -> Placement:
+def on_centerline(ev: Evaluator, lane: Lane | LaneNow | Surface) -> Placement:
     s = ev.run.new_draw() * lanes.of_each(ev, lane, "length")
-    return on_path(lanes.of_each(ev, lane, "path"), s, lane, drawn=True)
+    return on_path(lanes.of_each(ev, lane, "path"), s, None if isinstance(lane, Surface) else lane, drawn=True)
 
 
 def on_path(path: Term, s: Term, lane: Lane | LaneNow | None, *, drawn: bool = False) -> Placement:

@@ -30,7 +30,7 @@ from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
 from cortex_dsl.semantics.evaluation.ranges import at_most, in_range, require
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import LaneNow, Quantity, Value, Weights, is_constant
+from cortex_dsl.semantics.model.values import LaneNow, Quantity, SurfaceNow, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import kind_name, option_name, source_text
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.properties import Domain
@@ -49,7 +49,7 @@ from cortex_dsl.semantics.quantities.units import PURE, SPEED, Unit, dimension_n
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.road.network import Lane
+from engine.road.network import LISTED_IN, Lane, Surface
 
 # -- arguments as written: their unit, the order of bounds, the permitted deviations
 
@@ -152,7 +152,7 @@ def uniform(ev: Evaluator) -> Term:
 def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | None, kind: str = "number") -> Quantity:
     """The drawn number, noted down for concrete copies."""
     if not ev.moment.running:
-        word = name_of_choice(ev, site) if kind == "lane" else si_word(dimension)
+        word = si_word(dimension) if kind == "number" else name_of_choice(ev, site)
         ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, kind, word, (expr,)))
     return Quantity(expr, dimension)
 
@@ -214,6 +214,8 @@ def pick(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
         and site.span not in ev.file.choice_plan.expanded
     ):
         return _lane(ev, options, site)
+    if _draws_surfaces(ev, options, site):
+        return _surface(ev, options, site)
     return choose(ev, options, site)
 
 
@@ -227,6 +229,32 @@ def _lane(ev: Evaluator, options: Sequence[Option], site: Site) -> LaneNow:
     numbered = [replace(each, value=Quantity(ev.algebra.literal(float(number)), None)) for each, number in ids]
     index = _numeric(ev, numbered, site, "lane")
     return LaneNow(index.expr, section=False, drawn=frozenset({site.span}))
+
+
+def _draws_surfaces(ev: Evaluator, options: Sequence[Option], site: Site) -> bool:
+    plan = ev.file.choice_plan
+    return plan.draws_lanes and not ev.moment.running and site.span not in plan.expanded and _are_surfaces(options)
+
+
+def _are_surfaces(options: Sequence[Option]) -> bool:
+    """Return whether all options are elements of one tuple of the network."""
+    listed = {LISTED_IN[each.value.kind] if isinstance(each.value, Surface) else "" for each in options}
+    return len(listed) == 1 and "" not in listed
+
+
+def _surface(ev: Evaluator, options: Sequence[Option], site: Site) -> SurfaceNow:
+    """Return one of the elements of a tuple of the network, as a number that the scene draws."""
+    meant = [(each, each.value) for each in options if isinstance(each.value, Surface)]
+    first = meant[0][1]
+    name, among = LISTED_IN[first.kind], first.network.elements_of(LISTED_IN[first.kind])
+    numbers_of = {id(each): float(number) for number, each in enumerate(among)}
+    numbered = [replace(each, value=Quantity(ev.algebra.literal(numbers_of[id(one)]), None)) for each, one in meant]
+    index = _numeric(ev, numbered, site, name)
+    chosen = {id(one) for _, one in meant}
+    # An element that is no option needs no place in the tables of the program.
+    return SurfaceNow(
+        tuple(each if id(each) in chosen else first for each in among), index.expr, frozenset({site.span})
+    )
 
 
 def shortened(ev: Evaluator, span: Span, width: int = 60) -> str:
@@ -281,7 +309,7 @@ def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | Non
         raise RANDOM_WHILE_RUNNING.mistake(site.span)
     name = name_of_choice(ev, site)
     shares = probabilities(options) if gene is None else (1.0,) * len(options)
-    drawable = gene is None and _are_lanes(options)
+    drawable = gene is None and (_are_lanes(options) or _are_surfaces(options))
     option = options[ev.run.decisions.oracle.choose(name, site.span, shares, gene, drawable=drawable)]
     source = option.source or _name_of(ev, option.value)
     ev.run.decisions.choices.append(ir.Choice(name, option_name(option.value), source, site.span))

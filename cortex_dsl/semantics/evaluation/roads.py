@@ -5,6 +5,7 @@ The road of a file without `map` suits the contents of the file; notes say so.
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.scene import (
@@ -29,11 +30,12 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
+from cortex_dsl.semantics.names.street_words import street_of
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.maps import MapFile, MapSpec, RoadSpec
+from engine.maps import MapFile, MapSpec, RoadSpec, Street
 from engine.road.build import build_network
 from engine.road.lights import lights_for_nobody
 from engine.road.network import Lane, Network
@@ -186,8 +188,8 @@ LONGEST_ARM = LENGTHS["approach"][1]
 def default_road(module: nodes.Module) -> RoadSpec:
     """Return the road of a file without `map`.
 
-    It is a T-junction if only those are needed; it has two lanes a direction if neighbours are; its arms are long
-    enough for the distances of the file.
+    It is a T-junction if only those are needed; it has two lanes a direction if neighbours are, and the sidewalks,
+    crossings and strips that the file names; its arms are long enough for the distances of the file.
     """
     attribute_names = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
     ways = 3 if "is3Way" in attribute_names and "is4Way" not in attribute_names else 4
@@ -197,7 +199,8 @@ def default_road(module: nodes.Module) -> RoadSpec:
     spare = max(SPARE, min(LONGEST_ARM, _farthest_ahead(module)) + ROOM)
     longest = min(LONGEST_ARM, 10.0 * math.ceil((farthest + spare) / 10.0))
     approach = max(plain.approach, longest) if farthest else plain.approach
-    return RoadSpec(ways=ways, lanes=2 if _asks_for_neighbours(module) else 1, approach=approach)
+    lanes = 2 if _asks_for_neighbours(module) else 1
+    return RoadSpec(ways=ways, lanes=lanes, approach=approach, **street_of(module))
 
 
 def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
@@ -211,7 +214,17 @@ def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
 def map_line(road: RoadSpec) -> str:
     """The `map` line that gives a default road."""
     approach = "" if road.approach == RoadSpec().approach else f", approach={road.approach:g} m"
-    return f"map intersection(ways={road.ways}, lanes={road.lanes}{approach})"
+    street = "".join(f", {name}={_argument(getattr(road, name))}" for name in _street_fields(road))
+    return f"map intersection(ways={road.ways}, lanes={road.lanes}{approach}{street})"
+
+
+def _street_fields(road: RoadSpec) -> list[str]:
+    """Return the arguments of strips and crossings that differ from their defaults."""
+    return [each.name for each in fields(Street) if getattr(road, each.name) != each.default]
+
+
+def _argument(value: float | bool) -> str:
+    return str(value) if isinstance(value, bool) else f"{value:g} m"
 
 
 def reasons_for_road(road: RoadSpec) -> str:
@@ -221,7 +234,19 @@ def reasons_for_road(road: RoadSpec) -> str:
         found.append(f"{road.lanes} lanes per direction, since the file asks for neighbouring lanes")
     if road.approach != RoadSpec().approach:
         found.append(f"arms of {road.approach:g} m, since it keeps that far from the intersection")
+    if names := _street_fields(road):
+        found.append(f"{' and '.join(STREET_WORDS[name] for name in names)}, since the file names them")
     return "it has " + " and ".join(found) if found else ""
+
+
+STREET_WORDS: Mapping[str, str] = {
+    "sidewalk": "sidewalks",
+    "shoulder": "shoulders",
+    "bike_lane": "bicycle lanes",
+    "parking": "parking rows",
+    "crossings": "crossings",
+}
+"""Words for the strips and crossings of the road of a file without `map`, by argument."""
 
 
 def has_plan(module: nodes.Module) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import field, replace
 from cortex_dsl.semantics.model.values import Value, Vector
 from cortex_dsl.semantics.quantities.algebra import Term
 from engine.frozen import frozen, frozen_identity
-from engine.road.network import Intersection, Lane, Network, Road
+from engine.road.network import Intersection, Lane, Network, Road, Surface
 
 Draw = Callable[[], Term]
 """A fresh uniform number of the scene."""
@@ -80,7 +80,7 @@ def all_or_nothing(name: str, truth: Term) -> Area:
 # -- elements of a map -------------------------------------------------------------------------------------------------
 
 
-Element = Road | Lane | Intersection
+Element = Road | Lane | Intersection | Surface
 
 
 @frozen
@@ -93,7 +93,7 @@ class Elements:
         """Roads and lanes as reports call them; intersections of a file so, and as Scenic calls them."""
         network = self.network
         named = (*network.roads, *network.connecting_roads, *network.lanes, *network.intersections)
-        by_name: dict[str, Element] = {each.name: each for each in named}
+        by_name: dict[str, Element] = {each.name: each for each in (*named, *network.surfaces)}
         for each in network.intersections:
             by_name.setdefault(each.name.replace("junction", "intersection"), each)
         return by_name

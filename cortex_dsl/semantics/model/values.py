@@ -15,7 +15,7 @@ from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen, frozen_identity
-from engine.road.network import Intersection, Lane
+from engine.road.network import Intersection, Lane, Surface
 from engine.vocabulary import ActorKind, Command
 
 # -- field of view -----------------------------------------------------------------------------------------------------
@@ -76,7 +76,7 @@ class Region:
 
 @frozen
 class Centerline:
-    lane: "Lane | LaneNow"
+    lane: "Lane | LaneNow | Surface"
 
 
 @frozen
@@ -88,6 +88,26 @@ class LaneNow:
     section: bool
     drawn: frozenset[Span] = frozenset()
     """Places at which it was drawn with the scene; such a lane exists."""
+
+
+@frozen
+class GroupNow:
+    """The lane group of a lane that only the scene or the run knows, or the opposite group of its road."""
+
+    lane: LaneNow
+    opposite: bool
+
+
+@frozen
+class SurfaceNow:
+    """A surface that only the scene or the run knows, or that is drawn with the scene."""
+
+    options: "tuple[Surface | None, ...]"
+    """Surfaces that it may be; None where there is none."""
+    index: Term
+    """Index in `options`."""
+    drawn: frozenset[Span] = frozenset()
+    """Places at which it was drawn with the scene."""
 
 
 @frozen
@@ -140,6 +160,8 @@ class Closure:
     parameters: tuple[str, ...]
     apply: Callable[..., Value]
     body: nodes.Expression | None = None
+    optional: int = 0
+    """Number of the last parameters that may be left out."""
 
 
 @frozen_identity

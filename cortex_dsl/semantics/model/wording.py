@@ -24,6 +24,7 @@ from cortex_dsl.semantics.model.values import (
     EnumValue,
     Function,
     GlobalParameters,
+    GroupNow,
     LaneNow,
     MonitorCall,
     MonitorValue,
@@ -36,6 +37,7 @@ from cortex_dsl.semantics.model.values import (
     Sighted,
     Signal,
     SimulationNow,
+    SurfaceNow,
     Truth,
     Value,
     Vector,
@@ -49,7 +51,7 @@ from cortex_dsl.semantics.quantities.units import (
     si_word,
 )
 from cortex_dsl.syntax import nodes
-from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road, RoadSign
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road, RoadSign, Surface
 from engine.road.sections import LaneSection
 from engine.vocabulary import ManeuverType
 
@@ -64,6 +66,8 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (LaneNow, "a lane"),
     (LaneSection, "a lane section"),
     (LaneGroup, "a lane group"),
+    (GroupNow, "a lane group"),
+    (SurfaceNow, "a part of the street"),
     (Road, "a road"),
     (RoadSection, "a road section"),
     (Signal, "a traffic light"),
@@ -97,7 +101,8 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (tuple, "a list"),
 )
 NAMED = (
-    Lane, Maneuver, Intersection, Actor, Region, Area, LaneSection, LaneGroup, Road, Signal, RoadSign, ManeuverType
+    Lane, Maneuver, Intersection, Actor, Region, Area, LaneSection, LaneGroup, Road, Signal, RoadSign, ManeuverType,
+    Surface,
 )  # fmt: skip
 """Types that are shown by name."""
 
@@ -112,6 +117,8 @@ def kind_name(value: Value) -> str:
         return f"an object ({value.kind.name.capitalize()})"
     if isinstance(value, Area):
         return value.name
+    if isinstance(value, Surface):
+        return f"a {value.kind.value.replace('_', ' ')}"
     if isinstance(value, BuiltinValue):
         return f"`{value.name}`"
     return next((name for kind, name in _KINDS if isinstance(value, kind)), "something else")
@@ -142,6 +149,8 @@ def source_text(value: Value) -> str | None:
             return "None"
         case Lane() | Maneuver() | Intersection() | LaneSection() | Road():
             return value.source
+        case Surface():
+            return value.source or None
         case ManeuverType():
             return f"ManeuverType.{value.name}"
         case str():

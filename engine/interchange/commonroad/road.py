@@ -16,9 +16,13 @@ import numpy as np
 
 from engine.interchange.recording import ARMS, SignalTimes
 from engine.interchange.xml_writing import Element, child, decimal
+from engine.maps import Street
 from engine.road.junction import CHORD_TOLERANCE
 from engine.road.lights import lit_arms
-from engine.road.network import Arm, Intersection, Lane, LaneRole, Network
+from engine.road.network import Arm, Intersection, Lane, LaneRole, Network, Surface, SurfaceKind
+from engine.road.paths import PathBook
+from engine.road.regions import borders
+from engine.road.streets import layers
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -206,9 +210,13 @@ class Ids:
     def light(self, site: int, arm: int) -> int:
         return self.incoming(len(self.network.intersections), 0) + self.network.arms * site + arm
 
+    def strip(self, number: int) -> int:
+        """Return the number of a strip beside the lanes, or of a crossing, by its place in `strips`."""
+        return self.light(len(self.network.intersections), 0) + number
+
     def actor(self, index: int) -> int:
         """Return the number of an actor; the ego, actor 0, is the planning problem."""
-        return self.light(len(self.network.intersections), 0) + index
+        return self.strip(len(strips(self.network))) + index
 
 
 def arms_of(intersection: Intersection) -> Mapping[int, Arm]:
@@ -226,6 +234,8 @@ def add_road(root: Element, ids: Ids, signals: SignalTimes | None, step: float) 
     lights = {} if signals is None else _lights(ids)
     for lanelet in lanelets(network):
         _add_lanelet(root, ids, lanelet, lights.get(lanelet.lane.id))
+    for number, strip in enumerate(strips(network)):
+        _add_strip(root, ids.strip(number), strip)
     if signals is not None:
         for intersection in network.intersections:
             for arm, leg in arms_of(intersection).items():
@@ -254,6 +264,33 @@ def _add_lanelet(root: Element, ids: Ids, lanelet: Lanelet, light: int | None) -
     add_text(element, "userOneWay", "vehicle")
     if light is not None:
         child(element, "trafficLightRef", ref=light)
+
+
+STRIP_TYPES = {
+    SurfaceKind.SIDEWALK: ("sidewalk", "userBidirectional", "pedestrian"),
+    SurfaceKind.SHOULDER: ("shoulder", "userOneWay", "vehicle"),
+    SurfaceKind.PARKING: ("shoulder", "userOneWay", "vehicle"),
+    SurfaceKind.BIKE_LANE: ("bicycleLane", "userOneWay", "bicycle"),
+    SurfaceKind.CROSSING: ("crosswalk", "userBidirectional", "pedestrian"),
+}
+"""Types and users of the lanelets of strips; CommonRoad has none for parking rows."""
+
+
+def strips(network: Network) -> tuple[Surface, ...]:
+    """Return the strips and crossings that become lanelets: those of roads with a maker, which have one width."""
+    if not isinstance(network.spec, Street) or not layers(network.spec):
+        return ()
+    return tuple(each for each in network.surfaces if each.kind in STRIP_TYPES)
+
+
+def _add_strip(root: Element, number: int, strip: Surface) -> None:
+    kind, users, user = STRIP_TYPES[strip.kind]
+    element, paths = child(root, "lanelet", id=number), PathBook()
+    left, right = borders(paths, paths.add(strip.line), strip.width, CHORD_TOLERANCE)
+    _add_bound(element, "leftBound", left, "unknown")
+    _add_bound(element, "rightBound", right, "unknown")
+    add_text(element, "laneletType", kind)
+    add_text(element, users, user)
 
 
 def _add_bound(lanelet: Element, tag: str, points: Floats, marking: str) -> None:

@@ -142,6 +142,10 @@ class RoadMap:
     def junction_id(self, intersection: int) -> str:
         return str(len(self.roads) + len(self.network.maneuvers) + 1 + intersection)
 
+    def corner_id(self, corner: int) -> str:
+        """Return the id of the road that carries the sidewalk around a corner."""
+        return self.junction_id(len(self.network.intersections) + corner)
+
     @cached_property
     def places(self) -> tuple[LanePlace, ...]:
         """Return the places by lane id."""
@@ -210,7 +214,9 @@ def road_map(spec: MapSpec) -> RoadMap:
 
 
 class Beside(NamedTuple):
-    """A building near a road: number, s and t of its centre [m], heading relative to the road's [rad], sizes [m]."""
+    """A building or parked car near a road: number, s and t of its centre [m], heading relative to the road's [rad],
+    sizes [m].
+    """
 
     number: int
     s: float
@@ -223,7 +229,8 @@ class Beside(NamedTuple):
 def buildings_by_road(roads: RoadMap) -> Mapping[str, list[Beside]]:
     """Return the buildings by the id of the first road whose length passes their centre."""
     found: dict[str, list[Beside]] = {road.id: [] for road in roads.roads}
-    for number, (x, y, heading, length, width) in enumerate(roads.network.buildings.tolist()):
+    blocks = len(roads.network.buildings) - roads.network.parked
+    for number, (x, y, heading, length, width) in enumerate(roads.network.buildings[:blocks].tolist()):
         for road in roads.roads:
             line = road.road.middle[0]  # makers with buildings have straight roads
             cos, sin = round(math.cos(line.heading)), round(math.sin(line.heading))
@@ -232,3 +239,24 @@ def buildings_by_road(roads: RoadMap) -> Mapping[str, list[Beside]]:
                 found[road.id].append(Beside(number, s, t, heading - line.heading, length, width))
                 break
     return found
+
+
+def parked_by_road(roads: RoadMap) -> Mapping[str, list[Beside]]:
+    """Return the parked cars by the id of the nearest road."""
+    network, paths = roads.network, PathBook()
+    lines = {road.id: paths.add(road.road.middle) for road in roads.roads}
+    found: dict[str, list[Beside]] = {road.id: [] for road in roads.roads}
+    first = len(network.buildings) - network.parked
+    for number, (x, y, heading, length, width) in enumerate(network.buildings[first:].tolist(), first):
+        nearest = min(lines, key=lambda road: paths.distance(lines[road], x, y))
+        s, t, turn = beside_path(paths, lines[nearest], x, y, heading)
+        found[nearest].append(Beside(number, s, t, turn, length, width))
+    return found
+
+
+def beside_path(paths: PathBook, path: int, x: float, y: float, heading: float) -> tuple[float, float, float]:
+    """Return s and t of a point beside a path [m], and a heading relative to the path's there [rad]."""
+    s = paths.project(path, x, y)
+    pose = paths.pose(path, s)
+    t = (y - pose.y) * math.cos(pose.heading) - (x - pose.x) * math.sin(pose.heading)
+    return s, t, math.remainder(heading - pose.heading, math.tau)

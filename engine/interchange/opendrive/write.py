@@ -3,11 +3,22 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, buildings_by_road, road_map
+from engine.interchange.opendrive.places import (
+    Beside,
+    Carriageway,
+    RoadMap,
+    buildings_by_road,
+    parked_by_road,
+    road_map,
+)
+from engine.interchange.opendrive.streets import TYPES, Crossed, corners, crossings_before, crossings_over, strips
 from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes
 from engine.interchange.xml_writing import Element, child, xml_text
-from engine.maps import MapFile, MapSpec
+from engine.maps import MapFile, MapSpec, Street
+from engine.opendrive.near_roads import CROSSWALK, OBSTACLE, PARKED
 from engine.road import Intersection, Lane, Maneuver, Primitive
+from engine.road.network import Surface
+from engine.road.specification import setback
 from engine.tables import ROAD_REGION
 
 # -- reference lines and cross sections of roads -----------------------------------------------------------------------
@@ -33,8 +44,8 @@ def add_offset(lanes: Element, offset: float) -> None:
     child(lanes, "laneOffset", s=0, a=offset, **WIDE)
 
 
-def add_lane(group: Element, lane: int) -> Element:
-    return child(group, "lane", id=lane, type="none" if lane == 0 else "driving", level="false")
+def add_lane(group: Element, lane: int, kind: str = "driving") -> Element:
+    return child(group, "lane", id=lane, type="none" if lane == 0 else kind, level="false")
 
 
 def add_link(parent: Element, ends: Mapping[str, int]) -> None:
@@ -62,7 +73,8 @@ def add_road(document: Element, roads: RoadMap, road: Carriageway) -> Element:
     add_speed_limit(element, road.lanes[0])
     add_plan(element, road.road.middle)
     section = child(child(element, "lanes"), "laneSection", s=0)
-    numbered = {roads.places[lane.id].lane: lane for lane in road.lanes}
+    numbered: dict[int, Lane | Surface] = {roads.places[lane.id].lane: lane for lane in road.lanes}
+    numbered |= dict(strips(roads, road))
     # The schema wants left, center, right in this order, and no side without lanes.
     left = child(section, "left") if max(numbered) > 0 else section
     center = child(section, "center")
@@ -81,17 +93,30 @@ STOREYS = 10.0
 """Height of a building [m]; it has no influence here, but viewers omit objects without a height."""
 
 
-def add_buildings(road: Element, places: Sequence[Beside]) -> None:
-    """Add the buildings near a road as objects."""
-    objects = child(road, "objects") if places else road
+CAR_HEIGHT = 1.5
+"""Height of a parked car [m]."""
+
+
+def add_objects(road: Element, places: Sequence[Beside], cars: Sequence[Beside], crossings: Sequence[Crossed]) -> None:
+    """Add the buildings near a road, the cars parked beside it and the crossings over it as objects."""
+    objects = child(road, "objects") if places or cars or crossings else road
     for place in places:
-        number = place.number + 1
-        around = {"hdg": place.heading, "pitch": 0, "roll": 0, "orientation": "none"}
-        size = {"length": place.length, "width": place.width, "height": STOREYS}
-        name = f"building {number}"
-        child(
-            objects, "object", id=number, name=name, type="building", s=place.s, t=place.t, zOffset=0, **around, **size
-        )
+        _add_object(objects, place, f"building {place.number + 1}", STOREYS, type="building")
+    for place in cars:
+        name = f"parked car {place.number + 1}"
+        _add_object(objects, place, name, CAR_HEIGHT, type=OBSTACLE, subtype=PARKED)
+    for crossing in crossings:
+        element = _add_object(objects, crossing.place, crossing.name, 0.0, type=CROSSWALK)
+        outline = child(child(element, "outlines"), "outline", id=0, closed="true", outer="true")
+        for corner, (u, v) in enumerate(crossing.corners):
+            child(outline, "cornerLocal", id=corner, u=u, v=v, z=0, height=0)
+
+
+def _add_object(objects: Element, place: Beside, name: str, height: float, **kind: str) -> Element:
+    number = place.number + 1
+    around = {"hdg": place.heading, "pitch": 0, "roll": 0, "orientation": "none"}
+    size = {"length": place.length, "width": place.width, "height": height}
+    return child(objects, "object", id=number, name=name, **kind, s=place.s, t=place.t, zOffset=0, **around, **size)
 
 
 def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
@@ -108,13 +133,30 @@ def add_speed_limit(road: Element, lane: Lane) -> None:
         child(child(road, "type", s=0, type="unknown"), "speed", max=lane.speed_limit, unit="m/s")
 
 
-def _add_lane(group: Element, number: int, lane: Lane) -> None:
-    element = add_lane(group, number)
+def _add_lane(group: Element, number: int, lane: Lane | Surface) -> None:
+    element = add_lane(group, number, TYPES[lane.kind] if isinstance(lane, Surface) else "driving")
     add_width(element, lane.width)
-    if lane.number == 1:
+    if isinstance(lane, Surface) or lane.number == 1:
         add_mark(element, "solid", "none")
     else:
         add_mark(element, "broken", "both")
+
+
+# -- corners: a road for the sidewalk around each of them, along its kerb ----------------------------------------------
+
+
+def add_corners(document: Element, roads: RoadMap) -> None:
+    """Add a road with a sidewalk for each corner; its reference line is the kerb."""
+    for number, (walk, kerb) in enumerate(corners(roads)):
+        about = {"id": roads.corner_id(number), "name": walk.name, "length": sum(each.length for each in kerb)}
+        element = child(document, "road", **about, junction="-1", rule=rule(roads))
+        add_plan(element, kerb)
+        section = child(child(element, "lanes"), "laneSection", s=0)
+        # The schema wants left, center, right in this order.
+        left = child(section, "left") if roads.side > 0 else None
+        add_lane(child(section, "center"), 0)
+        group = child(section, "right") if left is None else left
+        add_width(add_lane(group, roads.side, TYPES[walk.kind]), walk.width)
 
 
 # -- junctions: a road of one lane for each maneuver, and the list of which lane leads into which ----------------------
@@ -139,6 +181,7 @@ def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
     add_speed_limit(element, lane)
     add_plan(element, roads.network.paths.primitives(lane.path))
     _add_lanes(child(element, "lanes"), roads, maneuver)
+    add_objects(element, (), (), crossings_before(roads, maneuver))
     return element
 
 
@@ -245,7 +288,7 @@ def add_signals(element: Element, roads: RoadMap, road: Carriageway) -> None:
 def _add_signal(signals: Element, roads: RoadMap, signal: str, name: str, lanes: tuple[Lane, ...]) -> None:
     places = [roads.places[lane.id] for lane in lanes]
     at, ids = places[0], sorted(place.lane for place in places)
-    beside = len(lanes) * lanes[0].width + MAST_OFFSET
+    beside = len(lanes) * lanes[0].width + _to_kerb(roads) + MAST_OFFSET
     light = child(
         signals,
         "signal",
@@ -271,7 +314,7 @@ def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
         return
     start, junction = maneuver.start_lane, maneuver.intersection
     place = roads.places[maneuver.connecting]
-    to_kerb = (start.number - 0.5) * start.width + MAST_OFFSET
+    to_kerb = (start.number - 0.5) * start.width + _to_kerb(roads) + MAST_OFFSET
     reference = child(
         child(element, "signals"),
         "signalReference",
@@ -281,6 +324,11 @@ def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
         orientation="+",
     )
     child(reference, "validity", fromLane=place.lane, toLane=place.lane)
+
+
+def _to_kerb(roads: RoadMap) -> float:
+    """Return the distance from the border of the outer lane to the kerb [m]."""
+    return setback(roads.network.spec) if isinstance(roads.network.spec, Street) else 0.0
 
 
 def _arm(junction: Intersection, lane: Lane) -> int:
@@ -319,16 +367,17 @@ def write_opendrive(
     roads = road_map(spec)
     document = Element("OpenDRIVE")
     _add_header(document, roads, name, provenance, place)
-    beside = buildings_by_road(roads)
+    beside, cars = buildings_by_road(roads), parked_by_road(roads)
     for road in roads.roads:
         element = add_road(document, roads, road)
-        add_buildings(element, beside[road.id])
+        add_objects(element, beside[road.id], cars[road.id], crossings_over(roads, road))
         if signals is not None:
             add_signals(element, roads, road)
     for maneuver in roads.network.maneuvers:
         element = add_turn(document, roads, maneuver)
         if signals is not None:
             add_reference(element, roads, maneuver)
+    add_corners(document, roads)
     if signals is not None:
         add_controllers(document, roads)
     for junction in roads.network.intersections:

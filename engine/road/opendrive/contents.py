@@ -26,6 +26,8 @@ from engine.road.network import (
     Network,
     Road,
     RoadSign,
+    Surface,
+    SurfaceKind,
 )
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape
@@ -39,6 +41,7 @@ WORD = 8
 ONE_LANE = ("name", "width", "path", "region", "road", "number", "forward")
 ONE_MANEUVER = ("name", "start", "connecting", "end", "intersection_id")
 ONE_SIGN = ("id", "name", "country", "type", "subtype", "value", "road", "x", "y", "lanes")
+ONE_SURFACE = ("name", "width", "road", "forward", "intersection_id", "ends", "arm")
 LINKED = ("maneuvers", "intersection", "successors", "predecessors", "default_route", "conflicts")
 SHAPED = (("edges", 4), ("hull", 8), ("triangles", 6), ("cores", 4))
 """Arrays of a shape, and their columns."""
@@ -81,6 +84,7 @@ def packed(network: Network, gap: float, turn: float) -> Contents:
         "links": {name: getattr(links, name) for name in LINKED},
         "beside": None if links.beside is None else [(lane, *both) for lane, both in links.beside.items()],
         "signs": [tuple(getattr(sign, name) for name in ONE_SIGN) for sign in network.signs],
+        "surfaces": [(each.kind.value, *(getattr(each, name) for name in ONE_SURFACE)) for each in network.surfaces],
         "limits": list(network.speed_limits.items()),
         "bounded": list(network.bounds),
         "is_drawn": network.drawn is not None,
@@ -101,6 +105,10 @@ def _pieces(network: Network) -> Iterator[tuple[str, tuple[Sequence[Any], int]]]
     yield "paths", ([paths.primitives(path) for path in range(len(paths))], 5)
     for name, columns in SHAPED:
         yield name, ([getattr(regions.shape(region), name) for region in range(len(regions))], columns)
+        kerbs = [] if network.between_kerbs is None else [getattr(network.between_kerbs, name)]
+        yield f"kerbs_{name}", (kerbs, columns)
+        yield f"surface_{name}", ([getattr(each.shape, name) for each in network.surfaces], columns)
+    yield "surface_paths", ([each.line for each in network.surfaces], 5)
     yield "left", ([left for left, _ in bounds], 2)
     yield "right", ([right for _, right in bounds], 2)
     yield "heights", ([network.heights], 6)
@@ -141,6 +149,9 @@ def unpacked(contents: Contents, spec: MapFile) -> Network:
     network.links = _links(text)
     network.heights = contents.arrays["heights"]
     network.signs = tuple(RoadSign(*map(_tuple_of, row)) for row in text["signs"])
+    between = zip(*(_parts(contents, f"kerbs_{name}") for name, _ in SHAPED), strict=True)
+    network.between_kerbs = next((Shape(*parts) for parts in between), None)
+    network.lay = lambda network: tuple(_surfaces(network, contents))
     network.speed_limits = dict(text["limits"])
     bounds = zip(_parts(contents, "left"), _parts(contents, "right"), strict=True)
     network.bounds = dict(zip(text["bounded"], bounds, strict=True))
@@ -155,10 +166,19 @@ def _parts(contents: Contents, name: str) -> list[Floats]:
 
 
 def _paths(contents: Contents) -> PathBook:
-    rows = list(map(Primitive._make, contents.arrays["paths"].tolist()))
-    ends = np.cumsum([0, *contents.text["counts"]["paths"]]).tolist()
     joined = {tuple(parts): path for path, *parts in contents.text["joined"]}
-    return PathBook(*contents.text["joints"]).filled([tuple(rows[a:b]) for a, b in pairwise(ends)], joined)
+    return PathBook(*contents.text["joints"]).filled(_lines(contents, "paths"), joined)
+
+
+def _lines(contents: Contents, name: str) -> list[tuple[Primitive, ...]]:
+    return [tuple(map(Primitive._make, part.tolist())) for part in _parts(contents, name)]
+
+
+def _surfaces(network: Network, contents: Contents) -> Iterator[Surface]:
+    shapes = zip(*(_parts(contents, f"surface_{name}") for name, _ in SHAPED), strict=True)
+    rows = zip(contents.text["surfaces"], _lines(contents, "surface_paths"), shapes, strict=True)
+    for index, ((kind, name, *about), line, shape) in enumerate(rows):
+        yield Surface(network, index, SurfaceKind(kind), name, line, Shape(*shape), *map(_tuple_of, about))
 
 
 def _road(network: Network, name: str, forward: Sequence[int], backward: Sequence[int]) -> Road:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from engine.maps import MapFile
 from engine.opendrive.near_roads import OdrSignal
 from engine.opendrive.roads import OdrRoad
+from engine.road.areas import CARRIAGEWAY
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
     Arm,
@@ -17,11 +18,15 @@ from engine.road.network import (
     Network,
     Road,
     RoadSign,
+    Surface,
+    SurfaceKind,
 )
+from engine.road.opendrive.beside import Sidewalks
 from engine.road.opendrive.contents import Contents, packed
 from engine.road.opendrive.lanes import ALIKE, NEAR, THROUGH, Part, Sections
 from engine.road.opendrive.linking import Links
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
+from engine.road.opendrive.surfaces import NoSurface, merged
 from engine.road.paths import PathBook
 from engine.tables import ROAD_REGION
 
@@ -80,6 +85,7 @@ class _Builder:
             self.intersection(number, junction, areas[junction]) for number, junction in enumerate(plan.junctions)
         )
         network.signs = tuple(signs_of(plan.links))
+        self.add_surfaces()
         beside = {index: (each.left, each.right) for index, each in enumerate(plan.lanes)}
         if (apart := link_by_ways(network, plan.links.successors, beside)) > NEAR:
             network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: no vehicle drives across",)
@@ -108,6 +114,29 @@ class _Builder:
         if index in self.starts:
             return LaneRole.LINK if index in self.ends else LaneRole.INCOMING
         return LaneRole.OUTGOING if index in self.ends else LaneRole.THROUGH
+
+    def add_surfaces(self) -> None:
+        """Add all surfaces; crossings, which come last, get the sidewalks at their ends."""
+        network, found = self.network, list[Surface]()
+        numbers = {junction: index for index, junction in enumerate(self.plan.junctions)}
+        seen: dict[tuple[str, SurfaceKind], int] = defaultdict(int)
+        walks: Sidewalks | None = None
+        for each in self.plan.surfaces:
+            number, seen[each.road, each.kind] = seen[each.road, each.kind], seen[each.road, each.kind] + 1
+            name, at, ends = f"road{each.road}.{each.kind.value}{number}", None, None
+            if each.kind is SurfaceKind.CROSSING:
+                walks = walks or Sidewalks(tuple(other for other in found if other.kind is SurfaceKind.SIDEWALK))
+                at = numbers.get(self.plan.links.network.roads[each.road].junction)
+                first, last = each.line[0], each.line[-1]
+                ends = walks.nearest(first.pose(0.0)), walks.nearest(last.pose(last.length))
+            about = (each.kind, name, each.line, each.shape, each.width, f"road{each.road}", each.forward, at, ends)
+            found.append(Surface(network, len(found), *about))
+        network.surfaces = tuple(found)
+        if strips := [each.shape for each in found if each.kind in CARRIAGEWAY]:
+            try:
+                network.between_kerbs = merged([*strips, self.plan.surface])
+            except NoSurface:
+                network.remarks += ("the area between the kerbs cannot be computed: vehicles start on the lanes only",)
 
     def road(self, name: str, lanes: Sequence[Lane]) -> Road:
         lanes = sorted(lanes, key=lambda lane: lane.number)

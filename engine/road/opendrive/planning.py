@@ -19,6 +19,7 @@ from engine.maps import digest_of
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrRoad, limit_at, value_at
 from engine.road.network import Lines
+from engine.road.opendrive.beside import SurfacePlan, surfaces_of
 from engine.road.opendrive.drawing import DrawnLane, drawn
 from engine.road.opendrive.lanes import THROUGH, FileLane, Part
 from engine.road.opendrive.linking import Links, Way
@@ -199,6 +200,8 @@ class Plan:
     """`Network.heights`"""
     unread: str
     """Content of the file that the reader does not read."""
+    surfaces: tuple[SurfacePlan, ...]
+    """Surfaces beside the lanes, crossings last."""
 
 
 @lru_cache(maxsize=8)
@@ -228,6 +231,7 @@ def plan_of(path: str, digest: str) -> Plan:
     except NoSurface as lost:
         raise _without_surface(links, outlines, lost, Path(path).name) from None
     left_hand = any(road.left_hand for road in network.roads.values())
+    surfaces, lost = surfaces_of(links)
     over = levels(links, found)
     return Plan(
         links,
@@ -237,10 +241,11 @@ def plan_of(path: str, digest: str) -> Plan:
         surface,
         Lines(kerbs, *_lines(links, borders)),
         left_hand,
-        (*remarks_on(network, links, found, left_out, junctions, areas), *over.near),
+        (*remarks_on(network, links, found, left_out, junctions, areas), *over.near, *lost),
         over.apart,
         over.heights,
         not_read((*network.unread, *unread_lanes(network))) + _steepest(network.roads.values()),
+        surfaces,
     )
 
 

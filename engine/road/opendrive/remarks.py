@@ -10,6 +10,7 @@ import numpy as np
 from engine.errors import cited, quoted
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.roads import OdrNetwork
+from engine.road.opendrive.beside import BESIDE
 from engine.road.opendrive.drawing import DrawnLane
 from engine.road.opendrive.lanes import DRIVABLE, THROUGH, FileLane
 from engine.road.opendrive.linking import Links, Way
@@ -24,7 +25,7 @@ UNROUNDED = 0.01
 """Largest rounding error of lengths in files [m]."""
 TOUCHING, ALIGNED = 0.1, math.radians(5.0)
 """Largest distance and angle between the end of a lane and the start of the next one [m, rad]."""
-FOR_NOBODY = frozenset({"none", "border", "curb", "median", "restricted"})
+FOR_NOBODY = frozenset({"none", "curb", "median", "restricted"})
 """Types of lanes on which there is no traffic."""
 OVERLAP = 5.0
 """Least common area of two junctions that is reported [m^2]; neighbours touch."""
@@ -54,12 +55,14 @@ def remarks_on(
 
 def unread_lanes(network: OdrNetwork) -> Iterator[Kind]:
     """Yield the types of lanes whose traffic is not simulated here."""
-    every = (lane for road in network.roads.values() for section in road.sections for lane in section.lanes.values())
-    lines: dict[str, set[int]] = defaultdict(set)
-    for lane in every:
-        if lane.id and lane.type not in FOR_NOBODY | DRIVABLE:
-            lines[lane.type].add(lane.line)
-    yield from (Kind(f"lane of type {quoted(kind)[1:-1]}", len(of), f"line {min(of)}") for kind, of in lines.items())
+    lines: dict[str, dict[int, str]] = defaultdict(dict)
+    for road in network.roads.values():
+        for lane in (lane for section in road.sections for lane in section.lanes.values()):
+            if lane.id and lane.type not in FOR_NOBODY | DRIVABLE | BESIDE.keys():
+                lines[lane.type].setdefault(lane.line, road.id)
+    for kind, of in lines.items():
+        place = f"line {min(of)} in road {cited(of[min(of)])}"
+        yield Kind(f"lane of type {quoted(kind)[1:-1]}", len(of), place)
 
 
 def on_jumps(jumps: Sequence[float]) -> Iterator[str]:

@@ -15,7 +15,7 @@ from engine.errors import Signal
 from engine.road.junction import CHORD_TOLERANCE
 from engine.road.opendrive.fitting import Stretch
 from engine.road.paths import Primitive, chord_count
-from engine.road.regions import Shape, area, ring_edges, shape_of_parts, triangle_areas
+from engine.road.regions import Shape, area, ring_edges, shape_area, shape_of_parts, triangle_areas
 from engine.tables import Floats
 
 shapely: Any = shapely_with_types
@@ -120,10 +120,46 @@ def union(outlines: Sequence[Any]) -> tuple[Shape, tuple[Floats, ...]]:
     polygons = [each for part in shrunk for each in _parts(part) if each.area > SPECK]
     if not polygons:
         raise NoSurface
+    return _shape_of(polygons)
+
+
+def _shape_of(polygons: Sequence[Any]) -> tuple[Shape, tuple[Floats, ...]]:
+    """Return polygons without common area as one region, and their closed outlines."""
     lines = [np.array(line.coords) for each in polygons for line in (each.exterior, *each.interiors)]
     edges = np.vstack([np.hstack([line[:-1], line[1:]]) for line in lines])
     edges = edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > NOTHING]
     return shape_of_parts(edges, _triangles(polygons)), tuple(lines)
+
+
+def shape_of_outline(inner: Floats, outer: Floats) -> Shape | None:
+    """Return the region between two borders with equal numbers of points; None without an area.
+
+    Raises:
+        NoSurface: it cannot be computed.
+    """
+    polygon = outline(inner, outer)
+    if polygon.area < SPECK:
+        return None
+    is_plain = shapely.Polygon(ring_of(inner, outer)).is_valid
+    return strip_between(inner, outer) if is_plain else shape_of_polygon(polygon)
+
+
+def shape_of_polygon(polygon: Any) -> Shape:
+    """Return the region of a polygon, whose outline may cross itself, or of several."""
+    return _shape_of([each for each in _parts(rounded(polygon)) if each.geom_type == "Polygon"])[0]
+
+
+def merged(shapes: Sequence[Shape]) -> Shape:
+    """Return everything that some regions cover, as one region without borders inside it."""
+    return shape_of_polygon(shapely.union_all([_polygon_of(each) for each in shapes], grid_size=PRECISION))
+
+
+def _polygon_of(shape: Shape) -> Any:
+    """Return a region as a polygon, from its boundary, else from its tiles."""
+    polygon = shapely.build_area(shapely.multilinestrings(shape.edges.reshape(-1, 2, 2)))
+    if abs(polygon.area - shape_area(shape)) <= TILED * polygon.area and polygon.is_valid:
+        return polygon
+    return shapely.union_all(shapely.polygons(shape.triangles.reshape(-1, 3, 2)), grid_size=PRECISION)
 
 
 def _grown(polygon: Any) -> Any:

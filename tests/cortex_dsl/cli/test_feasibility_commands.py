@@ -182,7 +182,7 @@ def test_a_target_needs_a_sample(cortexc: Command, left_turn: Path) -> None:
 
 
 def test_pruned_sample(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
-    """Fewer attempts where there are many, other verdicts for what cannot be, nothing else."""
+    """Fewer attempts, other verdicts for what cannot be, nothing else."""
     plain, pruned = (cortexc(left_turn, "--sample", "2000", "--json", *flag).document for flag in ((), ("--prune",)))
     assert pruned["attempts"] < 0.3 * plain["attempts"]
     assert pruned["verdicts"]["valid"] == pytest.approx(plain["verdicts"]["valid"], rel=0.1)
@@ -190,8 +190,9 @@ def test_pruned_sample(cortexc: Command, left_turn: Path, tmp_path: Path) -> Non
     assert (plain["pruned"], pruned["pruned"]) == (False, True)
     easy = tmp_path / "easy.scn"
     easy.write_text("param V = Range(5, 9) m/s\nego = new Car on road, with speed V\nrequire V < 8 m/s\n")
-    one, other = (cortexc(easy, "--sample", "100", "--json", *flag).document for flag in ((), ("--prune",)))
-    assert one["attempts"] == other["attempts"]
+    assert not cortexc(easy, "--sample", "100", "--json", "--prune").document[
+        "pruned"
+    ]  # no scene needs so many attempts
 
 
 def test_pruned_search(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:

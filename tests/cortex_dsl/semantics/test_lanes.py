@@ -92,7 +92,7 @@ def test_lanes_of_the_run_are_looked_up() -> None:
     ("line", "code"),
     [
         ("new Pedestrian on network.sidewalks[0]", "SCN450"),
-        ("x = network.lanes[0].group.curb", "SCN450"),
+        ("new Pedestrian on network.lanes[0].group.sidewalk", "SCN450"),
         ("x = network.lanes[0].sections[0].laneToLef", "SCN203"),
         ("new Car on road, with behavior LaneChangeBehavior(None)", "SCN303"),
         ("new Car on road, with behavior LaneChangeBehavior(3)", "SCN303"),

@@ -6,13 +6,14 @@ Where the program has no sentence about a thing, the last cell is the author's, 
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 from cortex_dsl.semantics.acting.statements import SETTINGS
-from cortex_dsl.semantics.evaluation import attributes, lanes, regions, relations, signals
+from cortex_dsl.semantics.evaluation import attributes, lanes, regions, relations, signals, streets
 from cortex_dsl.semantics.evaluation.driving import OF_OBJECTS
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
@@ -24,10 +25,11 @@ from cortex_dsl.syntax import words
 from docs.builder.site import LANGUAGE
 from engine.config import SimulationConfig
 from engine.judged import NAMED_RESULTS
-from engine.maps import LoneRoad, RoadSpec, Roundabout
+from engine.maps import LoneRoad, RoadSpec, Roundabout, Street
 from engine.road.lone_road import FLATTEST, LONGEST, MOST_BENT, SHORTEST
+from engine.road.network import SurfaceKind
 from engine.road.roundabout import ARMS, CORNERS, RADII
-from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES, SPEED_LIMITS
+from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES, SPEED_LIMITS, STREET_LENGTHS
 
 PAGES = [Path(__file__).parents[3] / "docs" / name for name in LANGUAGE]
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)
@@ -105,10 +107,32 @@ def allowed(parameter: Parameter) -> str:
 LIMIT = {"speed_limit": limits(*SPEED_LIMITS, "m/s")}
 
 
+STREET = {each.name: each.default for each in fields(Street)}
+
+
+def own_arguments(kind: str) -> Sequence[str]:
+    """Return the arguments of a kind of map that only some kinds have."""
+    return [name for name in MAP_ARGUMENTS[kind] if name not in STREET]
+
+
+def street_arguments() -> Rows:
+    words = kept("map_street")
+    ranges = {
+        "parked": "0 to 1",
+        "crossings": "`True` or `False`; on a road, a list of places",
+        "bike_lane_behind_parking": "`True` or `False`",
+    }
+    for name, value in STREET.items():
+        unit = " m" if name in STREET_LENGTHS else ""
+        default = "none" if value is None else f"{value:g}{unit}" if isinstance(value, float) else f"{value}"
+        may_be = limits(*STREET_LENGTHS[name], "m") if name in STREET_LENGTHS else ranges[name]
+        yield f"`{name}`", default, may_be, words.get(f"`{name}`", "")
+
+
 def map_arguments() -> Rows:
     words, spec = kept("map"), RoadSpec()
     whole = {"ways": "3 or 4", "lanes": f"1 to {MAX_LANES}", "left_hand": "`True` or `False`", **LIMIT}
-    for name in MAP_ARGUMENTS["intersection"]:
+    for name in own_arguments("intersection"):
         value = getattr(spec, name)
         default = "none" if value is None else f"{value:g} m" if name in LENGTHS else f"{value}"
         grid = f"1 to {MAX_INTERSECTIONS}, in all"
@@ -124,7 +148,7 @@ def road_arguments() -> Rows:
         "bend": f"angle, up to {math.degrees(MOST_BENT):g} deg",
         **LIMIT,
     }
-    for name in MAP_ARGUMENTS["road"]:
+    for name in own_arguments("road"):
         value = getattr(spec, name)
         default = "none" if value is None else f"{value:g} m" if name in ("length", "lane_width") else f"{value}"
         words_for = words.get(f"`{name}`", "")
@@ -141,7 +165,7 @@ def roundabout_arguments() -> Rows:
         "left_hand": "`True` or `False`",
         **LIMIT,
     }
-    for name in MAP_ARGUMENTS["roundabout"]:
+    for name in own_arguments("roundabout"):
         value = getattr(spec, name)
         default = "none" if value is None else f"{value:g} m" if isinstance(value, float) else f"{value}"
         yield f"`{name}`", default, ranges.get(name) or range_of(name), words.get(f"`{name}`", "")
@@ -187,8 +211,11 @@ def road_attributes() -> Rows:
             "maneuver": attributes._MANEUVER,
             "lane": attributes._LANE,
             "lane section": (*lanes.OF_SECTION, *lanes.OF_SECTION_BESIDE),
-            "lane group": lanes.OF_GROUP,
-            "road": lanes.OF_ROAD,
+            "lane group": (*lanes.OF_GROUP, *streets.OF_GROUP),
+            "road": (*lanes.OF_ROAD, *streets.OF_ROAD, "crossingAt"),
+            "sidewalk": streets.OF_SURFACE[SurfaceKind.SIDEWALK],
+            "crossing": streets.OF_SURFACE[SurfaceKind.CROSSING],
+            "kerb, shoulder, bicycle lane": streets.OF_SURFACE[SurfaceKind.CURB],
             "centre line": lanes.OF_CENTERLINE,
             "traffic light": attributes._SIGNAL,
             "sign": attributes._SIGN,
@@ -197,7 +224,8 @@ def road_attributes() -> Rows:
 
 
 def object_attributes() -> Rows:
-    objects = [name for name in (*attributes._STATES, *attributes._OF_PLACE, *OF_OBJECTS) if name != "speed"]
+    every = (*attributes._STATES, *attributes._OF_PLACE, *attributes._OF_POINT, *OF_OBJECTS)
+    objects = [name for name in every if name != "speed"]
     objects += [*relations.EDGES, *attributes._OF_ACTOR]
     regions_ = regions.attribute_names
     places = (*attributes._POSE, "visibleRegion")
@@ -261,6 +289,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Callable[[], Rows]]] = {
     "map": (("argument", "default", "may be", "meaning"), map_arguments),
     "map_roundabout": (("argument", "default", "may be", "meaning"), roundabout_arguments),
     "map_road": (("argument", "default", "may be", "meaning"), road_arguments),
+    "map_street": (("argument", "default", "may be", "makes"), street_arguments),
     "attributes": (("attribute", "of", "is"), road_attributes),
     "environment": (("argument", "may be", "meaning"), environment),
     "properties": (("property", "may be", "sets"), properties),

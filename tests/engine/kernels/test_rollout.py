@@ -353,7 +353,7 @@ def test_a_rule_ends_the_run_before_behaviours_act(hand) -> None:
 
 def test_a_broken_number_is_an_error(hand) -> None:
     """A NaN pedal, steering angle or speed makes the run an error, never a result; gears are numbers of our own."""
-    for command in set(Command) - {Command.REVERSE, Command.BACK, Command.OFFSET}:
+    for command in set(Command) - {Command.REVERSE, Command.BACK, Command.OFFSET, Command.ASIDE}:
         code = hand.assembler(CAR)
         code.behaviour(0)
         code.emit(Op.SQRT, hand.temporary(0), hand.literal(-1))
@@ -362,6 +362,19 @@ def test_a_broken_number_is_an_error(hand) -> None:
         outcome = hand.outcome(code.program(hand.road()), hand.scenes([hand.placed(CAR, 0, 0, 0, 5)]))
         assert outcome.end_reason[0] == EndReason.BROKEN, command
         assert outcome.verdict[0] == Verdict.ERROR
+
+
+@pytest.mark.parametrize("command", [Command.OFFSET, Command.ASIDE])
+def test_a_broken_offset_is_an_error(hand, command: Command) -> None:
+    """A NaN offset from a path breaks the run of its follower."""
+    code = hand.assembler(CAR)
+    block, path = code.behaviour(0), hand.route("south", ManeuverType.STRAIGHT)
+    code.emit(Op.SQRT, hand.temporary(0), hand.literal(-1))
+    code.emit(Op.COMMAND, 0, int(command), hand.temporary(0))
+    code.follow(block, hand.literal(path), hand.literal(5))
+    code.emit(Op.HALT)
+    outcome = hand.outcome(code.program(hand.road()), hand.scenes([hand.placed(CAR, 0, 0, 0, 5)]))
+    assert outcome.end_reason[0] == EndReason.BROKEN
 
 
 def test_a_route_left_before_its_end_is_not_done(hand) -> None:

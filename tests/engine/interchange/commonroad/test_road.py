@@ -1,13 +1,16 @@
 """Lanelets are our lanes, and fit together to the last bit."""
 
 import math
+from collections import Counter
+from dataclasses import replace
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pytest
 from hypothesis import given
 
-from engine.interchange.commonroad.road import Lanelet, lanelets
+from engine.interchange.commonroad.road import Ids, Lanelet, add_road, lanelets
 from engine.maps import RoadSpec
 from engine.road import LaneRole, build_network
 from engine.road.opendrive.network import map_file
@@ -123,3 +126,27 @@ def test_lanes_of_a_file_have_its_borders() -> None:
                 assert back.lane == lanelet.lane.id
     assert len(widths) > 2
     assert any(lanelet.beside_left is not None for lanelet in made_of)
+
+
+def test_strips_and_crossings_are_lanelets_of_their_types() -> None:
+    """Behind all others, with bounds of their width, and with a number that no actor has."""
+    plain = RoadSpec(lanes=2)
+    street = replace(plain, sidewalk=2.0, bike_lane=1.8, parking=2.2, crossings=True)
+    network, root = build_network(street), Element("commonRoad")
+    add_road(root, Ids(network), None, 0.1)
+    found = Counter(each.findtext("laneletType") for each in root.iter("lanelet"))
+    assert (found["sidewalk"], found["bicycleLane"], found["shoulder"], found["crosswalk"]) == (12, 8, 8, 4)
+    numbers = [int(each.get("id", "")) for each in root]
+    assert len(set(numbers)) == len(numbers)
+    assert Ids(network).actor(0) > max(numbers)
+    for each in root.iter("lanelet"):
+        left, right = (
+            np.array([[float(point.findtext(axis, "")) for axis in "xy"] for point in each.iterfind(f"{bound}/point")])
+            for bound in ("leftBound", "rightBound")
+        )
+        assert len(left) == len(right) >= 2
+        if each.findtext("laneletType") == "bicycleLane":
+            assert np.hypot(*(left - right).T) == pytest.approx(1.8)
+    bare = Element("commonRoad")
+    add_road(bare, Ids(build_network(plain)), None, 0.1)
+    assert not {"sidewalk", "crosswalk"} & {each.findtext("laneletType") for each in bare.iter("lanelet")}

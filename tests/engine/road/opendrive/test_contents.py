@@ -3,6 +3,7 @@
 from copy import copy
 from dataclasses import fields
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -11,10 +12,10 @@ from engine.errors import InterchangeError
 from engine.maps import MapFile
 from engine.road import Network, build_network
 from engine.road.arrays import road_tables
-from engine.road.network import RoadSign
+from engine.road.network import RoadSign, Surface, SurfaceKind
 from engine.road.opendrive import making as maker
 from engine.road.opendrive import network
-from engine.road.opendrive.contents import from_bytes, packed, to_bytes, unpacked
+from engine.road.opendrive.contents import SHAPED, from_bytes, packed, to_bytes, unpacked
 from engine.road.opendrive.network import contents_of, map_file
 from engine.road.opendrive.planning import plan_of
 from engine.user_cache import ENVIRONMENT_VARIABLE
@@ -50,6 +51,10 @@ def assert_same(one: Network, other: Network) -> None:
     assert one.bounds.keys() == other.bounds.keys()
     for lane, bounds in one.bounds.items():
         assert all(np.array_equal(a, b) for a, b in zip(bounds, other.bounds[lane], strict=True))
+    assert repr(one.surfaces) == repr(other.surfaces)
+    for surface, same in zip(one.surfaces, other.surfaces, strict=True):
+        assert surface.line == same.line
+        assert all(np.array_equal(getattr(surface.shape, name), getattr(same.shape, name)) for name, _ in SHAPED)
     assert one.drawn is not None
     assert other.drawn is not None
     for name in ("kerbs", "middle", "between"):
@@ -72,6 +77,14 @@ def test_a_network_comes_back_from_its_contents_bit_for_bit(cache: Path) -> None
     assert from_bytes(to_bytes(contents, "key"), "another key") is None
 
 
+ADDED = ("added_paths", "added_regions", "lay")
+"""Fields that scenarios fill, and the one that makes `surfaces`."""
+
+
+class Named(NamedTuple):
+    name: str
+
+
 def test_every_field_of_a_network_is_packed(cache: Path) -> None:
     """A field without its value makes other contents; those that no file fills are left out."""
     digest = map_file(VILLAGE, "village.xodr").digest
@@ -79,15 +92,18 @@ def test_every_field_of_a_network_is_packed(cache: Path) -> None:
     assert not full.kerbs
     assert not len(full.buildings)
     full.remarks, full.levels, full.speed_limits = ("mended",), ("road 1 passes above road 2",), {0: 10.0}
-    full.unread = "not read: object (1, line 1)"
+    full.unread, full.heights = "not read: object (1, line 1)", np.ones((1, 6))
     full.signs = (RoadSign("9", "50", "de", "274", "50", 50.0, "road1", 1.0, 2.0, (0,)),)
+    full.between_kerbs, full.heights = full.regions.shape(0), np.ones((1, 6))
+    line, shape = full.paths.primitives(0), full.regions.shape(1)
+    full.surfaces = (Surface(full, 0, SurfaceKind.CROSSING, "crossing", line, shape, 4.0, "road1", ends=(None, 1)),)
     whole = to_bytes(packed(full, maker.NEAR, maker.ALIKE), "key")
     empty = Network(full.spec, not full.left_hand)
-    for field in fields(Network):
+    for field in (*fields(Network), Named("surfaces")):
         lacking = copy(full)
         setattr(lacking, field.name, getattr(empty, field.name))
         is_same = to_bytes(packed(lacking, maker.NEAR, maker.ALIKE), "key") == whole
-        assert is_same == (field.name in {"spec", "kerbs", "buildings"}), field.name
+        assert is_same == (field.name in {"spec", "kerbs", "buildings", "parked", *ADDED}), field.name
 
 
 def test_paths_that_a_scenario_joins_stay_its_own(cache: Path) -> None:

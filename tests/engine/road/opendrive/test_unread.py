@@ -94,9 +94,9 @@ def test_what_has_no_effect_is_not_named(more: str, said: str, tmp_path: Path) -
 
 
 def test_lanes_that_nobody_drives_on_are_named(tmp_path: Path) -> None:
-    walk = lane(-2).replace("driving", "sidewalk")
-    found = network(written(tmp_path, road("1", section(right=[lane(-1), walk]))))
-    assert found.unread == "not read: lane of type sidewalk (1, line 1)"
+    rails = lane(-2).replace("driving", "tram")
+    found = network(written(tmp_path, road("1", section(right=[lane(-1), rails]))))
+    assert found.unread == "not read: lane of type tram (1, line 1 in road `1`)"
 
 
 def test_a_map_has_one_note_whatever_it_leaves_out(tmp_path: Path) -> None:
