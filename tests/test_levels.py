@@ -18,6 +18,7 @@ from engine import batch, world
 from engine.avoidability import avoidability
 from engine.config import Config
 from engine.counterfactuals import counterfactuals
+from engine.fairness import fair_starts
 from engine.host import memory, plan, requested
 from engine.kernels.crossing import Foresight
 from engine.kernels.crossing import crossing as crossing_of
@@ -265,6 +266,16 @@ def test_drivers_see_others_on_the_level_of_the_time_they_see(tmp_path: Path, se
         found.append(crossing_of(shared, run, now, 0, 1, look))
         np.testing.assert_array_equal(run.actors[:, Memory.HEIGHT], heights)
     assert (found[0] == found[1]) == (seconds > 0.0)
+
+
+@pytest.mark.parametrize("height", [0.0, LEVEL - 0.1, 6.0])
+def test_a_start_below_a_bridge_is_fair(tmp_path: Path, height: float) -> None:
+    """A car that comes across at once makes a start unfair, unless it crosses on a bridge."""
+    (tmp_path / "map.xodr").write_text(crossing(height))
+    (tmp_path / "scene.scn").write_text(SCENE.format(first=50, lane=1, second=50, driver=DRIVERS[0]))
+    scenario = load(tmp_path / "scene.scn")
+    starts = requested(scenario.program, scenario.sample(1, seed=1))
+    assert fair_starts(scenario.program, starts, scenario.config.simulation)[0] == (height >= LEVEL)
 
 
 def test_the_time_together_is_that_of_the_contact() -> None:
