@@ -29,7 +29,18 @@ from engine.kernels.impacts.motion import (
 )
 from engine.kernels.jit import need
 from engine.kernels.judging import append_contact_sample, step_on
-from engine.kernels.levels import enter_level, keep_levels, measure_on_levels, restore_levels, trace_heights
+from engine.kernels.levels import (
+    enter_level,
+    follow_levels,
+    keep_levels,
+    look_ahead,
+    look_back,
+    measure_on_levels,
+    recall_levels,
+    restore_levels,
+    trace_heights,
+    trace_levels,
+)
 from engine.kernels.rollout import judge_temporal
 from engine.kernels.rows import Requested, Results, Window, note_gaps, note_objectives
 from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
@@ -150,6 +161,7 @@ def deferred_kernels(
         yield note_gaps
     if len(program.road.heights):
         yield from (enter_level, keep_levels, measure_on_levels, restore_levels)
+        yield from (trace_levels, recall_levels, follow_levels, look_back, look_ahead)
     if pause:
         yield from (continue_run, leave_run, note_commands)
 

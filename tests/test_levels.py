@@ -1,7 +1,10 @@
 """Roads that pass over one another: actors on different levels never meet, and those on one level do as in a plane."""
 
 import csv
+import math
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +15,22 @@ from cortex_dsl import compile_text
 from cortex_dsl.api.scenario import load
 from cortex_dsl.report.page.scene_svg import road_layer
 from engine import batch, world
+from engine.avoidability import avoidability
+from engine.config import Config
+from engine.counterfactuals import counterfactuals
+from engine.host import memory, plan, requested
+from engine.kernels.crossing import Foresight
+from engine.kernels.crossing import crossing as crossing_of
+from engine.kernels.levels import hide_levels
+from engine.kernels.rollout import advance, begin
+from engine.kernels.run_state import RUNNING, Memory, Status
 from engine.road import build_network
 from engine.road.opendrive.network import map_file
 from engine.road.outline import outline
-from engine.vocabulary import LEVEL, State
+from engine.verdicts import answers_and_margins
+from engine.vocabulary import LEVEL, Column, State
+from engine.world.bodies import physiques
+from engine.world.pymunk_host import FreeBodies
 
 ROAD = """<road name="" length="{length}" id="{id}" junction="-1">
   <planView>{geometry}</planView>
@@ -190,3 +205,107 @@ def test_heights_of_any_kind_are_read_or_named(tmp_path: Path, height: str) -> N
     run = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
     assert len(run.time) > 40
     assert run.heights is None or np.isfinite(run.heights).all()
+
+
+# -- heights of earlier samples ----------------------------------------------------------------------------------------
+
+FOLLOWING = """
+map opendrive("map.xodr")
+ego = new Car following roadDirection from network.lanes[0].centerline[0] for 4 m, with speed {speed} m/s,
+    with behavior FollowLaneBehavior({speed} m/s)
+other = new Car following roadDirection from network.lanes[0].centerline[0] for {gap} m, with speed {theirs} m/s,
+    with behavior {driver}({theirs} m/s)
+terminate after 8 s
+"""
+SLOPE = 0.22
+"""Slope with which two cars are on different levels from a distance of 11 m on."""
+
+
+def on_slope(folder: Path, slope: float, **scene: object):
+    """Return a scenario with a car that follows another one along the ramp, and its only scene."""
+    (folder / "map.xodr").write_text(ramp(slope))
+    (folder / "scene.scn").write_text(FOLLOWING.format(**scene))
+    scenario = load(folder / "scene.scn")
+    assert bool(len(scenario.program.road.heights)) == (slope != 0.0)
+    scenes = scenario.sample(1, seed=1)
+    assert scenes.valid[0]
+    return scenario, scenes
+
+
+@pytest.mark.parametrize("driver", ["FollowLaneBehavior", "CarFollowingBehavior"])
+@pytest.mark.parametrize(("gap", "speed"), [(10.0, 20.0), (14.0, 20.0)])
+def test_reference_drivers_judge_by_the_heights_of_each_sample(
+    tmp_path: Path, gap: float, speed: float, driver: str
+) -> None:
+    """Cars that leave one another's level after contact have the verdicts of a road without a slope."""
+    answers = []
+    for slope in (0.0, SLOPE):
+        scenario, scenes = on_slope(tmp_path, slope, gap=gap, speed=speed, theirs=5, driver=driver)
+        config = scenario.config.simulation
+        assert batch.simulate(scenario.program, scenes, config).collided[0]
+        (found,) = avoidability(scenario.program, scenes, config)
+        drivers, margins = answers_and_margins(scenario.program, scenes, config)
+        other_drives = counterfactuals(scenario.program, scenes, config)
+        answers.append(repr((found, drivers.tolist(), margins.tolist(), other_drives)))
+    assert answers[0] == answers[1]
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.3, 0.5])
+def test_drivers_see_others_on_the_level_of_the_time_they_see(tmp_path: Path, seconds: float) -> None:
+    """A latency shows a driver the others at an earlier sample, on the level that they had then."""
+    found, now = [], 12
+    for slope in (0.0, SLOPE):
+        scenario, scenes = on_slope(tmp_path, slope, gap=10, speed=5, theirs=15, driver=DRIVERS[0].split("(")[0])
+        shared, rows = plan(scenario.program, scenario.config.simulation), requested(scenario.program, scenes)
+        run = memory(scenario.program, 200)
+        begin(shared, run, int(rows.variant[0]), rows.values[0], rows.keys[0], rows.actions[0])
+        advance(shared, run, now, run.status[Status.END] == RUNNING)
+        heights = run.actors[:, Memory.HEIGHT].copy()
+        look = Foresight(-1, math.inf, math.tau, seconds, 10.0, 0.0, 3.0, math.inf, math.inf)
+        found.append(crossing_of(shared, run, now, 0, 1, look))
+        np.testing.assert_array_equal(run.actors[:, Memory.HEIGHT], heights)
+    assert (found[0] == found[1]) == (seconds > 0.0)
+
+
+def test_the_time_together_is_that_of_the_contact() -> None:
+    """Of two times on one level, the one with the contact is left, also with a smaller distance in the other one."""
+    distances, heights = [9.0, 3.5, 9.0, 9.0, 5.0, 4.6], [0.0, 0.0, 6.0, 6.0, 0.0, 0.0]
+    for contact, touched, left in ((-1, -1, [0, 1]), (5, 1, [4, 5]), (5, 2, [0, 1])):
+        states = np.zeros((6, 2, len(State)))
+        states[:, :, State.PRESENT] = 1.0
+        states[:, 1, State.X] = distances
+        working = np.zeros((7, 4))
+        working[:6, 1] = heights
+        hide_levels(states, 6, working, touched, contact)
+        assert np.flatnonzero(states[:, 1, State.PRESENT]).tolist() == left
+        assert working[:6, 3].tolist() == [1.0] * 6
+
+
+@pytest.mark.parametrize("number", [2, 34, 70])
+def test_bodies_of_any_number_pass_those_on_other_levels_only(number: int) -> None:
+    """Of bodies that overlap, exactly those on the level of another one are struck, and all by a building."""
+    config, heights = Config(), np.where(np.arange(number) % 33 == 0, 0.0, 6.0)
+    heights[-1] = 12.0
+    kinds, values = np.zeros(number, dtype=np.int32), np.zeros((number, len(Column)))
+    values[:, [Column.LENGTH, Column.WIDTH, Column.MASS]] = 4.0, 2.0, 1000.0
+    for walls in (0, 1):
+        stage = FreeBodies(
+            physiques(kinds, values.ravel()), np.array([[0.0, 0.0, 0.0, 4.0, 2.0]] * walls).reshape(-1, 5), config
+        )
+        for actor in range(number):
+            stage.place(actor, np.array([0.01 * actor, 0.0, 0.0]))
+            stage.separate(actor, heights)
+        stage.go(0.0, 1, 0.001)
+        together = [actor for actor in range(number) if walls or (heights == heights[actor]).sum() > 1]
+        assert sorted(each for each in stage.recorder.struck if each < number) == together
+
+
+def test_parked_cars_are_laid_with_optimized_python() -> None:
+    """A street with parked cars makes its surfaces at once, also under `python -O`, which drops assertions."""
+    code = (
+        "from engine.maps import RoadSpec; from engine.road import build_network;"
+        "print('surfaces' in vars(build_network(RoadSpec(parking=2.0, parked=0.5))))"
+    )
+    for options in ((), ("-O",)):
+        done = subprocess.run([sys.executable, *options, "-c", code], capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == "True"

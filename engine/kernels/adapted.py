@@ -39,6 +39,7 @@ from engine.kernels.avoidance import (
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.fault import EGO
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.levels import follow_levels, has_levels, recall_levels
 from engine.kernels.noticing import notices
 from engine.kernels.perception import (
     COURSE,
@@ -261,6 +262,8 @@ def _approach(plan: Plan, run: Run, again: Replayed, other: int, limits: Approac
     scored = again.recorded or run.status[Status.END] == RUNNING
     if again.recorded:
         copy_row(own[0], states[0, 0])
+        if has_levels(plan):
+            recall_levels(plan, run, 0)
     departed, seen, braking, way, held = False, 0, again.until, 0.0, 0.0
     speed, limit = abs(own[0, State.SPEED]), limits.fastest
     for k in range(again.until):
@@ -295,6 +298,8 @@ def _approach(plan: Plan, run: Run, again: Replayed, other: int, limits: Approac
                 copy_row(own[k + 1], states[k + 1, 0])
         if not again.recorded:
             advance(plan, run, k + 1, scored and not departed)
+        elif has_levels(plan):
+            follow_levels(plan, run, k + 1)
         if touches(run, k, outlines):
             return True
     return False

@@ -24,6 +24,14 @@ from engine.kernels.approach import first_contact
 from engine.kernels.fault import STANDING, fault_of
 from engine.kernels.geometry import Box, outline_at
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.levels import (
+    follow_levels,
+    has_levels,
+    measure_on_levels,
+    recall_levels,
+    restore_levels,
+    trace_levels,
+)
 from engine.kernels.pair import measure_pair
 from engine.kernels.perception import (
     COURSE,
@@ -301,10 +309,15 @@ def _brakes_before(path: Floats, sample: int) -> bool:
 def found_fault(plan: Plan, run: Run, outlines: Floats) -> int:
     """Return the `Fault` of the contact at which a run has just ended."""
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
+    if has_levels(plan):
+        measure_on_levels(plan, run, contact + 1)
     met = measure_pair(run.states, contact, plan.layout.time_step, other, outlines, True, run.end[1])
-    return fault_of(
+    fault = fault_of(
         run.states, contact - 1, plan.layout.time_step, other, outlines, met, plan.road, plan.layout.intersections
     )
+    if has_levels(plan):
+        restore_levels(plan, run, contact + 1)
+    return fault
 
 
 @inlined
@@ -319,6 +332,8 @@ def carry_on(plan: Plan, run: Run, memory: DriveMemory, driver: Driver) -> int:
     lay_path(run.states, until + 1, path, plan.layout.time_step)
     for k in range(until + 1):
         copy_row(run.states[k, 0], memory.own[k])
+    if has_levels(plan):
+        trace_levels(plan, run, until + 1)
     return until
 
 
@@ -338,6 +353,8 @@ def record_others(plan: Plan, run: Run, memory: DriveMemory, case: Case, contact
     for k in range(contact - 1, until):
         copy_row(memory.own[k + 1], run.states[k + 1, 0])
         advance(plan, run, k + 1, not scored)
+    if has_levels(plan):
+        trace_levels(plan, run, until + 1)
 
 
 @inlined
@@ -398,6 +415,8 @@ def brake_from(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driv
         place_ego(states, k + 1, path, way, outlines, speed)
         if not again.recorded:
             advance(plan, run, k + 1, not scored)
+        elif has_levels(plan):
+            follow_levels(plan, run, k + 1)
         if k + 1 < contact:
             at, way_then = k + 1, way
         if touches(run, k, outlines):
@@ -417,6 +436,8 @@ def start_from(plan: Plan, run: Run, again: Replayed, sample: int) -> bool:
     scored = again.recorded or run.status[Status.END] == RUNNING
     if again.recorded:
         copy_row(again.own[sample], run.states[sample, 0])
+        if has_levels(plan):
+            recall_levels(plan, run, sample)
     else:
         advance(plan, run, sample, scored)  # no step if the run is there already
         run.actors[0, Memory.FREE] = REPLACED
@@ -447,7 +468,7 @@ def put(states: Floats, sample: int, pose: Box, speed: float) -> None:
 
 @inlined
 def touches(run: Run, k: int, outlines: Floats) -> bool:
-    """Return True if the ego touches any actor in the step after sample k."""
+    """Return True if the ego touches any actor in the step after sample k; heights are those after the step."""
     states, touched = run.states, False
     for other in range(1, states.shape[1]):
         present = states[k, other, State.PRESENT] != 0.0 and states[k + 1, other, State.PRESENT] != 0.0

@@ -20,6 +20,7 @@ from engine.kernels.evaluate import operand
 from engine.kernels.geometry import Box, View, shortest_turn
 from engine.kernels.impacts.motion import MotionSegment
 from engine.kernels.jit import deferred, inlined, kernel
+from engine.kernels.levels import has_levels, look_ahead, look_back
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import visibility_past
 from engine.kernels.path import PathPlace, chain_place, chain_pose, chain_project, chain_speed_limit
@@ -127,8 +128,20 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     states = run.states
     if seen < 0 or states[seen, me, State.PRESENT] == 0.0 or states[seen, other, State.PRESENT] == 0.0:
         return _nothing()
+    if has_levels(plan):
+        look_back(plan, run, sample, seen)
+    found = _crossing_seen(plan, run, seen, me, other, look)
+    if has_levels(plan):
+        look_ahead(plan, run)
+    return found
+
+
+@kernel
+def _crossing_seen(plan: Plan, run: Run, seen: int, me: int, other: int, look: Foresight) -> Crossing:
+    """Return `crossing` of two actors that are present at the sample that is seen."""
     if not on_one_level(run, me, other):
         return _nothing()
+    states = run.states
     mine = _way(plan, run, seen, me, look.path)
     theirs = _way(plan, run, seen, other, -1)
     primitives = plan.road.primitives

@@ -15,7 +15,7 @@ from engine.kernels.pair import REAR, side_of
 from engine.kernels.perception import COURSE, Driver, first_sample, lay_path, pose_at, reached
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, Window, note_outlines
-from engine.kernels.run_state import REPLACED, RUNNING, Memory, Plan, Run, Status
+from engine.kernels.run_state import REPLACED, RUNNING, Memory, Plan, Run, Status, on_one_level
 from engine.tables import Floats, Ints
 from engine.vocabulary import State, Verdict
 
@@ -70,7 +70,8 @@ def _strikes(plan: Plan, run: Run, until: int, outlines: Floats, path: Floats, d
         put(states, k + 1, pose_at(path, way, outlines[0, 0], outlines[0, 1]), course * slower)
         advance(plan, run, k + 1, run.status[Status.END] != RUNNING)
         for other in range(1, states.shape[1]):
-            if states[k, other, State.PRESENT] != 0.0 and states[k + 1, other, State.PRESENT] != 0.0:
+            present = states[k, other, State.PRESENT] != 0.0 and states[k + 1, other, State.PRESENT] != 0.0
+            if present and on_one_level(run, 0, other):
                 met = max(met, _met(states, k, other, outlines))
         speed = slower
     return met == IN_THE_WAY

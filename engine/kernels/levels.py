@@ -86,12 +86,59 @@ def trace_heights(road: RoadTables, states: Floats, samples: int, heights: Float
             present = True
 
 
+@deferred()
+def trace_levels(plan: Plan, run: Run, samples: int) -> None:
+    """Write the heights at the first samples of a run into `Run.heights`, for `recall_levels` and `follow_levels`."""
+    trace_heights(plan.road, run.states, samples, run.heights)
+
+
+@deferred()
+def recall_levels(plan: Plan, run: Run, sample: int) -> None:
+    """Set the heights of all actors to those of a sample of `trace_levels`."""
+    for actor in range(len(plan.kinds)):
+        run.actors[actor, Memory.HEIGHT] = run.heights[sample, actor]
+
+
+@deferred()
+def follow_levels(plan: Plan, run: Run, sample: int) -> None:
+    """Set the heights of the others to those of a sample of `trace_levels`, that of the ego by the sample before."""
+    pose, before = run.states[sample, 0], run.actors[0, Memory.HEIGHT]
+    recall_levels(plan, run, sample)
+    run.actors[0, Memory.HEIGHT] = height_near(plan.road, pose[State.X], pose[State.Y], before, -1)
+
+
+@deferred()
+def look_back(plan: Plan, run: Run, sample: int, seen: int) -> None:
+    """Set the heights of all actors at `sample` to those at an earlier sample, until `look_ahead` restores them.
+
+    Heights are followed backwards, because parallel runs keep only their last samples.
+    """
+    actors, kept = len(plan.kinds), len(run.heights) - 1
+    for actor in range(actors):
+        height = run.actors[actor, Memory.HEIGHT]
+        run.heights[kept, actors + actor] = height
+        for back in range(sample - seen if run.actors[actor, Memory.FREE] != HOSTED else 0):
+            pose = run.states[sample - 1 - back, actor]
+            if pose[State.PRESENT] != 0.0:
+                height = height_near(plan.road, pose[State.X], pose[State.Y], height, -1)
+        run.actors[actor, Memory.HEIGHT] = height
+
+
+@deferred()
+def look_ahead(plan: Plan, run: Run) -> None:
+    """Restore the heights of all actors after `look_back`."""
+    actors, kept = len(plan.kinds), len(run.heights) - 1
+    for actor in range(actors):
+        run.actors[actor, Memory.HEIGHT] = run.heights[kept, actors + actor]
+
+
 @kernel
-def hide_levels(states: Floats, samples: int, heights: Floats) -> None:
+def hide_levels(states: Floats, samples: int, heights: Floats, touched: int, contact: int) -> None:
     """Let each other actor be absent while it is not on the ego's level, and store its presence behind `heights`.
 
-    Of several times on one level with the ego, that of the smallest distance is left: a pair has one time together.
-    `heights` (rows, 2 * actors).
+    A pair has one time together: of several times on one level with the ego, that of the smallest distance; for the
+    actor `touched` in the step after the sample `contact`, that of the contact (-1: no such actor). `heights`
+    (rows, 2 * actors).
     """
     actors = states.shape[1]
     for other in range(1, actors):
@@ -99,8 +146,10 @@ def hide_levels(states: Floats, samples: int, heights: Floats) -> None:
         nearest = math.inf
         for k in range(samples + 1):
             together = k < samples and states[k, 0, State.PRESENT] != 0.0 and states[k, other, State.PRESENT] != 0.0
-            if together and abs(heights[k, other] - heights[k, 0]) < LEVEL:
+            meets = other == touched and k == contact
+            if together and (meets or abs(heights[k, other] - heights[k, 0]) < LEVEL):
                 begin = k if begin < 0 else begin
+                nearest = -1.0 if meets else nearest
                 dx = states[k, other, State.X] - states[k, 0, State.X]
                 dy = states[k, other, State.Y] - states[k, 0, State.Y]
                 nearest = min(nearest, dx * dx + dy * dy)
@@ -118,7 +167,8 @@ def hide_levels(states: Floats, samples: int, heights: Floats) -> None:
 def measure_on_levels(plan: Plan, run: Run, samples: int) -> None:
     """Prepare the record of a run for measures of pairs on one level; `restore_levels` reverts it."""
     trace_heights(plan.road, run.states, samples, run.heights)
-    hide_levels(run.states, samples, run.heights)
+    touched = int(run.status[Status.CONTACT_OTHER])
+    hide_levels(run.states, samples, run.heights, touched, int(run.status[Status.SAMPLE]) - 1)
     for actor in range(len(plan.kinds)):
         run.heights[len(run.heights) - 1, actor] = run.actors[actor, Memory.HEIGHT]
         run.actors[actor, Memory.HEIGHT] = 0.0

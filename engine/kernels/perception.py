@@ -15,6 +15,7 @@ from engine.kernels.approach import first_contact
 from engine.kernels.conflict import snapshot, time_gap
 from engine.kernels.geometry import Box, shortest_turn
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.levels import has_levels, recall_levels
 from engine.kernels.noticing import notices
 from engine.kernels.run_state import Plan, Run
 from engine.tables import Floats
@@ -121,8 +122,13 @@ def perceive(plan: Plan, run: Run, contact: int, other: int, outlines: Floats, p
 
 @kernel
 def is_in_sight(plan: Plan, run: Run, k: int, other: int, outlines: Floats, path: Floats, driver: Driver) -> bool:
-    """Return True if there is a conflict at sample k with an actor that can be seen."""
+    """Return True if there is a conflict at sample k with an actor that can be seen.
+
+    On a road with levels it needs `levels.trace_levels`, and sets the heights of all actors to those of sample k.
+    """
     conflict = is_conflict(run.states, k, other, outlines, path, path[k, WAY], plan.layout.time_step, driver)
+    if conflict and has_levels(plan):
+        recall_levels(plan, run, k)
     return conflict and notices(plan, run, k, 0, other, driver.reach)
 
 

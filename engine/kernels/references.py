@@ -41,6 +41,7 @@ from engine.kernels.conflict import SAME_WAY
 from engine.kernels.fault import EGO, STANDING
 from engine.kernels.geometry import shortest_turn
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.levels import follow_levels, has_levels, recall_levels
 from engine.kernels.noticing import notices
 from engine.kernels.perception import (
     NEVER,
@@ -429,6 +430,8 @@ def _first_act(
         speed = abs(own[k, State.SPEED])
         acceleration = (speed - abs(own[k - 1, State.SPEED])) / time_step if k > 0 else 0.0
         met = _meet(run.states, k, other, outlines, path, near, path[k, WAY], speed, acceleration)
+        if has_levels(plan):
+            recall_levels(plan, run, k)
         if _demand(model, met) > 0.0 and notices(plan, run, k, 0, other, reach):
             if unsafe >= delay:
                 return Onset(k, unsafe)
@@ -470,6 +473,8 @@ def _drives_into(
         place_ego(states, k + 1, path, way, outlines, speed)
         if not again.recorded:
             advance(plan, run, k + 1, not scored)
+        elif has_levels(plan):
+            follow_levels(plan, run, k + 1)
         if touches(run, k, outlines):
             return True
     return False

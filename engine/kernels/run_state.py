@@ -349,7 +349,9 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
 
 @inlined
 def on_one_level(run: Run, one: int, other: int) -> bool:
-    """Return True if two actors are on one level now."""
+    """Return True if two actors are on one level at the sample of their `Memory.HEIGHT`: the current sample, or that to
+    which `kernels.levels` has set the heights.
+    """
     return abs(run.actors[one, Memory.HEIGHT] - run.actors[other, Memory.HEIGHT]) < LEVEL
 
 

@@ -19,13 +19,15 @@ from engine.vocabulary import State
 # -- measured parts of a trajectory ------------------------------------------------------------------------------------
 
 
-def on_levels(trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory in which other actors are absent while they are not on the ego's level."""
+def on_levels(trajectory: Trajectory, outcomes: Outcomes, row: int) -> Trajectory:
+    """Return a trajectory in which other actors are absent while they are not on the ego's level; `outcomes` at `row`
+    name the actor that the ego touches.
+    """
     if trajectory.heights is None:
         return trajectory
     states = trajectory.states.copy()
     heights = np.hstack([trajectory.heights, np.zeros_like(trajectory.heights)])
-    hide_levels(states, len(states), heights)
+    hide_levels(states, len(states), heights, int(outcomes.contact_actors[row, 1]), trajectory.contact_sample)
     return replace(trajectory, states=states)
 
 

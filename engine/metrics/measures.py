@@ -44,7 +44,7 @@ def measure_trajectory(
     """
     known = tuple(bodies) or tuple(usual_body(ActorKind.CAR, *size) for size in trajectory.outlines.tolist())
     actors = range(len(known))
-    seen = on_levels(trajectory)
+    seen = on_levels(trajectory, outcomes, row)
     pairs = [Encounter(seen, outcomes, row, known, other) for other in actors[1:]]
     return (
         *(metric for pair in pairs if pair.span[1] > 0 for metric in _of_pair(pair)),

@@ -73,7 +73,7 @@ class Runs:
         from engine.metrics.encounters import Encounter, on_levels
 
         driven = trajectory(self.program, self.scenes, row, self.config.simulation, self.config.contact)
-        driven = on_levels(driven)
+        driven = on_levels(driven, self.outcomes, row)
         bodies = bodies_of(self.program, self.scenes.values[row])
         pairs = (Encounter(driven, self.outcomes, row, bodies, other) for other in range(1, len(bodies)))
         return [pair for pair in pairs if pair.span[1] > 0]

@@ -51,6 +51,8 @@ class Recorder:
         self.time = 0.0
         self.struck: set[int] = set()
         """Actors that have been touched by anything."""
+        self.apart: set[tuple[int, int]] = set()
+        """Pairs of bodies that pass one another, lower number first. Filters of pymunk have 32 categories, too few."""
         self._number = {body: number for number, body in enumerate(bodies)}
         self._open: dict[tuple[int, int], Meeting] = {}
         self._closed: list[Meeting] = []
@@ -91,6 +93,9 @@ class Recorder:
 
     def _begin(self, arbiter: pymunk.Arbiter) -> None:
         low, high, swapped = self._pair(arbiter)
+        if (low, high) in self.apart:
+            arbiter.process_collision = False
+            return
         self.struck |= {low, high}
         earlier = self._open.get((low, high))
         if earlier is not None:

@@ -57,10 +57,6 @@ class Aftermath(NamedTuple):
     """Time at which each struck actor came to rest for good [s]."""
 
 
-CATEGORIES = 32
-"""Number of categories of shapes in pymunk; actors share them if there are more."""
-
-
 class FreeBodies:
     """The bodies of one run after its first contact, with the set of free bodies."""
 
@@ -92,11 +88,7 @@ class FreeBodies:
     def separate(self, actor: int, heights: Floats) -> None:
         """Let a body pass those of actors on other levels; `heights` [m] of all actors."""
         apart = np.flatnonzero(np.abs(heights - heights[actor]) >= LEVEL).tolist()
-        if apart:
-            kinds = (sum(1 << each % CATEGORIES for each in apart), 1 << actor % CATEGORIES)
-            mask = pymunk.ShapeFilter.ALL_MASKS() ^ kinds[0]
-            for shape in self.bodies[actor].shapes:
-                shape.filter = pymunk.ShapeFilter(categories=kinds[1], mask=mask)
+        self.recorder.apart |= {(min(actor, each), max(actor, each)) for each in apart}
 
     def turn_wheels(self, actor: int, steer: float) -> None:
         """Note where the wheels of a body point; two-wheelers fall over."""
