@@ -341,14 +341,13 @@ def _check_speed(keys: _Keys, rule: Rule, params: Mapping[str, Number], search: 
     Raises:
         SuiteError: it has none, or one without bands.
     """
-    speed = params.get("SPEED")
-    if rule is Rule.MITIGATION and speed is None and "SPEED" not in search:
-        raise keys.mistake(f"has cells without `SPEED`, which the rule `{rule}` needs")
-    if rule is not Rule.MITIGATION_OR_AVOIDANCE:
+    has_bands = rule is Rule.MITIGATION_OR_AVOIDANCE
+    if not has_bands and (rule is not Rule.MITIGATION or "SPEED" in search):
         return
-    if "SPEED" in search or not isinstance(speed, int | float):
-        raise keys.mistake(f"has cells that do not hold a number for `SPEED`, which the rule `{rule}` needs")
-    if min(speed, FASTEST) not in MITIGATION_OR_AVOIDANCE:
+    speed = None if "SPEED" in search else params.get("SPEED")
+    if not isinstance(speed, int | float):
+        raise keys.mistake(f"has cells without a number for `SPEED`, which the rule `{rule}` needs")
+    if has_bands and min(speed, FASTEST) not in MITIGATION_OR_AVOIDANCE:
         some = ", ".join(f"{each:g}" for each in MITIGATION_OR_AVOIDANCE)
         raise keys.mistake(f": `SPEED` is {speed:g}; the rule `{rule}` has bands for {some} km/h and above")
 

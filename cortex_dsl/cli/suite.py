@@ -208,7 +208,7 @@ def _exit_code(report: "SuiteReport") -> Exit:
     applies = {
         Exit.USAGE: any(group.refusal for group in report.groups),
         Exit.DIAGNOSTICS: any(group.error is not None for group in report.groups),
-        Exit.BROKEN_LIMIT: not report.passed,
+        Exit.BROKEN_LIMIT: report.has_failure,
     }
     return gravest(code for code, holds in applies.items() if holds)
 

@@ -91,8 +91,9 @@ def test_a_table_is_read_or_refused(
     [
         ("mitigation or avoidance", {"SPEED": [45]}, "`SPEED` is 45; the rule"),
         ("mitigation or avoidance", {"SPEED": [10, 5]}, "`SPEED` is 5; the rule"),
-        ("mitigation or avoidance", {"search": {"SPEED": [10, 20]}}, "do not hold a number for `SPEED`"),
-        ("mitigation or avoidance", {"SPEED": ["fast"]}, "do not hold a number for `SPEED`"),
+        ("mitigation or avoidance", {"search": {"SPEED": [10, 20]}}, "without a number for `SPEED`"),
+        ("mitigation or avoidance", {"SPEED": ["fast"]}, "without a number for `SPEED`"),
+        ("mitigation", {"hold": {"SPEED": "fast"}, "SPEED": ["fast"]}, "without a number for `SPEED`"),
     ],
 )
 def test_a_rule_with_bands_needs_a_speed_with_bands(

@@ -155,7 +155,11 @@ class SuiteReport:
 
     @property
     def passed(self) -> bool:
-        return not any(cell.outcome in (Outcome.FAIL, Outcome.ERROR) for cell in self.cells)
+        return not (self.has_failure or any(group.trouble for group in self.groups))
+
+    @property
+    def has_failure(self) -> bool:
+        return any(cell.outcome in (Outcome.FAIL, Outcome.ERROR) for cell in self.cells)
 
     @property
     def points(self) -> float | None:

@@ -5,6 +5,7 @@ import importlib
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -19,8 +20,9 @@ from cortex_dsl.api import seeded_runs, suite_cells, testing
 from cortex_dsl.api.suite_tables import SuiteError, read_suite, suite_names, suite_of
 from cortex_dsl.api.suites import run_suite
 from cortex_dsl.console.terminal import Exit
-from cortex_dsl.report.findings.suite_report import CellResult, Outcome, SuiteReport
+from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
 from engine.gates.ranges import largest_ranges, spread
+from engine.gates.ratings import Colour
 
 Run = Callable[..., Any]
 BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
@@ -281,9 +283,14 @@ def test_a_group_that_cannot_be_run_is_an_error_in_junit(cortexc: Run, home: Pat
     car = home / "mine" / "car.scn"
     car.write_text(car.read_text().replace("TARGET_SPEED,", "TARGT_SPEED,", 1))
     only = ("--only", "car M1", "--only", "pedestrian M1/maximum/20", "--budget", "2", "--junit", "j.xml")
-    for driver, code in ((BLIND, Exit.DIAGNOSTICS), ("EmergencyBrakeBehavior(FollowLaneBehavior(SPED))", Exit.USAGE)):
-        result = cortexc("suite", "mine", "--ego", driver, *only)
+    for driver, code in (
+        (BLIND, Exit.DIAGNOSTICS),
+        ("EmergencyBrakeBehavior", Exit.DIAGNOSTICS),
+        ("EmergencyBrakeBehavior(FollowLaneBehavior(SPED))", Exit.USAGE),
+    ):
+        result = cortexc("suite", "mine", "--ego", driver, *only, "--json")
         assert result.code == code
+        assert not result.document["passed"]
         root = ET.parse(home / "j.xml").getroot()
         suites = {suite.get("name"): suite for suite in root.iter("testsuite")}
         error = suites["car M1"].find("testcase/error")
@@ -486,3 +493,19 @@ def test_cut_ins_that_can_be_avoided_are_avoided_by_a_driver_that_keeps_its_gap_
         assert cell.searched is not None
         assert 0 < cell.searched.failures <= cell.searched.runs < 64
         assert cell.references["careful"].startswith("avoids")
+
+
+def test_the_heads_of_a_search_name_failures(cortexc: Run, home: Path) -> None:
+    """A failure of a search need not be a contact."""
+    words = ("suite", "fmvss-127", "--ego", BLIND, "--only", "stopped lead", "--budget", "3")
+    result = cortexc(*words)
+    assert "no failure in" in result.out
+    assert "contacts" not in result.out
+    assert cortexc(*words, "--json").document["groups"][0]["cells"][0]["search"]["failures"] == 3
+
+
+def test_a_cell_that_is_not_run_counts_as_red_in_the_points() -> None:
+    """As the page of a suite says."""
+    result = cells(run_suite("euroncap-2026", BLIND, only=["CPNCO night/30/50"], budget=1))["CPNCO night/30/50"]
+    green = replace(result, outcome=Outcome.PASS, colour=Colour.GREEN)
+    assert GroupResult("a", (result, green), {"standard": 1.0}).score("standard") == 0.5
