@@ -168,8 +168,10 @@ def deferred_kernels(
 
 def _read_by_objectives(program: Program) -> int:
     """Return the `Measure`s that the objectives of a program read."""
-    reads = {reading.result for reading in program.judged.readings}
-    return sum({row.measure for row in NAMED_RESULTS if row.name in reads})
+    reads, measures = {reading.result for reading in program.judged.readings}, 0
+    for row in NAMED_RESULTS:
+        measures |= row.measure if row.name in reads else 0
+    return measures
 
 
 def _readings(program: Program) -> Ints:

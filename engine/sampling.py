@@ -307,16 +307,14 @@ def _empty_ledger(program: Program, layout: Layout, rows: int) -> Ledger:
 
 def _draw(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None) -> None:
     """Sample all rows; with a confiner, those that `FREE_ATTEMPTS` attempts give no scene go on in their bounds."""
-    free, rows = min(request.free, request.max_attempts), np.arange(len(request.keys))
-    if confiner is None:
+    if confiner is None or request.max_attempts <= request.free:
         _run_chunks(recipe, request, ledger, jobs, None)
         return
-    begin = rows[request.begun < free]
-    _draw_rows(recipe, request._replace(max_attempts=free), ledger, jobs, None, begin)
+    free, rows = request.free, np.arange(len(request.keys))
+    _draw_rows(recipe, request._replace(max_attempts=free), ledger, jobs, None, rows[request.begun < free])
     goes_on = (request.begun >= free) | (ledger.verdict == Verdict.EXHAUSTED)
-    if request.max_attempts > free:
-        begun = np.maximum(request.begun, free)
-        _draw_rows(recipe, request._replace(begun=begun), ledger, jobs, confiner, rows[goes_on])
+    begun = np.maximum(request.begun, free)
+    _draw_rows(recipe, request._replace(begun=begun), ledger, jobs, confiner, rows[goes_on])
 
 
 def _draw_rows(

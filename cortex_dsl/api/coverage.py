@@ -318,7 +318,7 @@ class _Coverage:
             cells=tuple(results),
             method=self.plan.method,
             joint=self.plan.joint,
-            remarks=(*self._array_remarks(), *self._proof_remarks()),
+            remarks=(*self._array_remarks(len(drawn.numbers) + drawn.lost), *self._proof_remarks()),
             totals=tuple(self._total(number, drawn) for number in range(len(self.domains))),
             verdicts=self._verdicts(drawn),
             files=self.files,
@@ -353,12 +353,16 @@ class _Coverage:
     def _proof_remarks(self) -> Iterator[str]:
         yield from (f"some cells are {reason}" for reason in dict.fromkeys(self.proofs.reasons.values()))
 
-    def _array_remarks(self) -> Iterator[str]:
-        """Yield remarks on the covering array."""
+    def _array_remarks(self, ran: int) -> Iterator[str]:
+        """Yield remarks on the covering array, of which `ran` scenes were run."""
         if (tway := self.tway) is None:
             return
         more = "" if len(tway.keys) == tway.rows else f", {len(tway.keys):,} scenes"
-        yield f"covering array of {tway.rows:,} rows{more}: each {tway.ways}-way combination of cells at the start"
+        yield f"covering array of {tway.rows:,} rows{more}: {tway.ways}-way combinations of cells at the start"
+        if tway.cut:
+            yield f"{tway.cut:,} combinations are cut off by the budget"
+        if ran < len(tway.keys):
+            yield f"the budget ended before {len(tway.keys) - ran:,} of the scenes were run"
         if tway.missing:
             yield f"{tway.missing:,} combinations are neither proved empty nor met by {DIRECTED:,} directed draws"
         if any(each.when != "start" for each in self.domains):

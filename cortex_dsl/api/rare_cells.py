@@ -18,7 +18,7 @@ from engine.outcomes import Assessment, Outcomes
 from engine.risk import PAPER
 from engine.scenes import Scenes
 from engine.search.evaluator import make_evaluator
-from engine.search.objectives import Objective, Runs
+from engine.search.objectives import NO_MEASURES, Objective, Runs
 from engine.search.probability.estimates import Probability, Withheld
 from engine.search.probability.importance import importance_sampling
 from engine.search.probability.levels import Score
@@ -106,6 +106,8 @@ def _probability(cells: StartCells, programs: DomainPrograms, effort: Effort) ->
     Independent draws from the part of the space of the params outside of which no scene lies in the cells, where they
     hit often enough; otherwise subset simulation and importance sampling, where they agree.
     """
+    if not effort.counted:
+        return None, "no independent run counts"
     below, above = programs.quantiles(cells)
     share = float(np.prod(above - below))
     keys = programs.keys(effort.runs)
@@ -125,7 +127,7 @@ def _of_draws(hits: int, draws: int, share: float, effort: Effort) -> Estimate:
     """Return the probability from hits among draws that lie in a share of the space; both intervals hold together."""
     low, high = clopper_pearson(hits, draws, HALF)
     least, most = clopper_pearson(effort.counted, effort.made, HALF) if effort.counted < effort.made else (1.0, 1.0)
-    counting = effort.counted / max(1, effort.made)
+    counting = effort.counted / effort.made
     return share * hits / draws / counting, share * low / most, min(1.0, share * high / least)
 
 
@@ -160,8 +162,8 @@ def _event(cells: StartCells, programs: DomainPrograms, effort: Effort) -> tuple
     def failed(runs: Assessment) -> Bools:
         return np.asarray(runs.found, dtype=bool)
 
-    aim = Objective("cell", "minus the distance from the cell", nearness, inside)
-    evaluate = make_evaluator(programs.measuring.program, effort.config, PAPER, (aim,))
+    aim = Objective("cell", "minus the distance from the cell", nearness, inside, reads=NO_MEASURES)
+    evaluate = make_evaluator(programs.measuring.program, effort.config, PAPER, (aim,), stored=NO_MEASURES)
 
     def of_event(genomes: Floats, keys: Ints) -> Assessment:
         runs = evaluate(genomes, keys)

@@ -7,9 +7,10 @@ whole table. Params that no cell holds are deviations, in units of their toleran
 import math
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
+from operator import itemgetter
 from pathlib import Path
 from shlex import join
 
@@ -73,9 +74,6 @@ class SuitePlan:
     """Folder of the results, in which cases are kept; None: none is kept."""
 
 
-OnGroup = Callable[[GroupResult], None]
-
-
 def cell_result(cell: Cell, outcome: Outcome, **known: object) -> CellResult:
     parts = {
         name: getattr(cell, name) for name in ("id", "group", "range", "params", "rule", "limit", "source", "status")
@@ -104,6 +102,10 @@ class _Judged:
     @property
     def failed(self) -> Bools:
         return self.valid & (self.colour == RED)
+
+
+_Failing = tuple[float, _Judged, int]
+"""Size of a deviation, with the judged runs and the row that fails at it."""
 
 
 class GroupRuns:
@@ -147,7 +149,7 @@ class GroupRuns:
         for name in (*held, *cell.search):
             if name not in space.names:
                 raise SuiteError(
-                    f"cell `{cell.id}` holds `{name}`, which is no param of {file.name}", "correct the table"
+                    f"cell `{cell.id}` holds `{name}`, which is not a param of {file.name}", "correct the table"
                 )
         for gene, name in enumerate(space.names):
             low, high = cell.search.get(name, (held.get(name, 0.0),) * 2)
@@ -171,7 +173,7 @@ class GroupRuns:
             return cell_result(cell, Outcome.ERROR, reason=error.message)
 
     def _tested(self, cell: Cell, genome: Floats) -> CellResult:
-        nominal = self._run(cell, genome[np.newaxis], 0)
+        nominal = self._run(cell, genome[np.newaxis])
         if not nominal.valid[0]:
             return not_run(cell, "the nominal test has no valid scene")
         outcome = Outcome.FAIL if nominal.failed[0] else Outcome.PASS
@@ -204,7 +206,7 @@ class GroupRuns:
         keys = self._keys(cell, count)
         genomes = np.tile(genome, (count, 1))
         genomes[:, free] = draw_genomes(self.space, keys)[:, free]
-        return self._run(cell, genomes, 0)
+        return self._run(cell, genomes)
 
     def _budget(self) -> int:
         """Return the number of runs of a cell: that of the plan, or those that fit into its share of the time left."""
@@ -218,15 +220,15 @@ class GroupRuns:
     def _keys(self, cell: Cell, count: int, first: int = 0) -> Ints:
         return key_rows(self.plan.seed, Method.SAMPLE, 0, cell.number, np.arange(first, first + count))
 
-    def _run(self, cell: Cell, genomes: Floats, first: int) -> _Judged:
-        """Drive and judge scenes with these genomes (n, d).
+    def _run(self, cell: Cell, genomes: Floats, keys: Ints | None = None) -> _Judged:
+        """Drive and judge scenes with these genomes (n, d) and stream keys, by default the first ones of the cell.
 
         Raises:
             CompileError: a run met a mistake of the file.
             ControllerError: the driver fails in a run.
         """
         side, scenario = self.side, self.side.scenario
-        keys = self._keys(cell, len(genomes), first)
+        keys = self._keys(cell, len(genomes)) if keys is None else keys
         scenes = sample(side.program, genomes, keys, scenario.config.simulation, self.plan.jobs)
         driver = None if side.driver is None else side.driver.without_history()
         done = drive(scenario, driver, scenes, self.plan.jobs)
@@ -268,22 +270,33 @@ class GroupRuns:
         corners = np.tile(genome, (2 ** min(len(free), CORNERS), 1))
         ends = np.array([(self.space.low[gene], self.space.high[gene]) for gene in free])
         corners[:, free[:CORNERS]] = np.array(list(product(*ends[:CORNERS])))
-        tried = [drawn, self._run(cell, corners, first)]
+        tried = [drawn, self._run(cell, corners, self._keys(cell, len(corners), first))]
         first += len(corners)
-        best: tuple[float, _Judged, int] | None = None
+        found = list[_Failing]()
         for round_ in range(ROUNDS + 1):
-            failing = np.concatenate([each.genomes[each.failed] for each in tried])
-            if len(failing):
-                order = np.argsort(self._sizes(failing, free), kind="stable")[:RAYS]
-                best, first = self._halved(cell, genome, failing[order], free, first, best)
-            if best is None or round_ == ROUNDS:
+            if failing := self._failing(tried, free):
+                found.append(self._halved(cell, genome, failing, free))
+            if not found or round_ == ROUNDS:
                 break
             nearby = np.tile(genome, (NEARBY, 1))
-            drawn_again = draw_genomes(self.space, self._keys(cell, NEARBY, first))[:, free]
-            nearby[:, free] = best[0] * drawn_again
-            tried = [self._run(cell, nearby, first)]
+            keys = self._keys(cell, NEARBY, first)
+            nearby[:, free] = min(found, key=itemgetter(0))[0] * draw_genomes(self.space, keys)[:, free]
+            tried = [self._run(cell, nearby, keys)]
             first += NEARBY
-        return None if best is None else self._deviation(cell, genome, best[1], best[2])
+        if not found:
+            return None
+        _, judged, row = min(found, key=itemgetter(0))
+        return self._deviation(cell, genome, judged, row)
+
+    def _failing(self, tried: Sequence[_Judged], free: Ints) -> list[_Failing]:
+        """Return the failing runs with the least deviations in rising order, at most `RAYS`."""
+        found = list[_Failing]()
+        for judged in tried:
+            rows = np.flatnonzero(judged.failed)
+            sizes = self._sizes(judged.genomes[rows], free)
+            order = np.argsort(sizes, kind="stable")[:RAYS]
+            found += [(float(sizes[each]), judged, int(rows[each])) for each in order]
+        return sorted(found, key=itemgetter(0))[:RAYS]
 
     def _sizes(self, genomes: Floats, free: Ints) -> Floats:
         """Return (n,) the largest share of a tolerance that each genome uses."""
@@ -293,32 +306,24 @@ class GroupRuns:
             shares = np.where(values > 0.0, values / high, np.where(values < 0.0, values / low, 0.0))
         return np.asarray(shares.max(axis=1), dtype=np.float64)
 
-    def _halved(
-        self,
-        cell: Cell,
-        genome: Floats,
-        failing: Floats,
-        free: Ints,
-        first: int,
-        best: tuple[float, _Judged, int] | None,
-    ) -> tuple[tuple[float, _Judged, int], int]:
-        """Return the least failing deviation on the ways from failing genomes to the nominal one."""
+    def _halved(self, cell: Cell, genome: Floats, failing: Sequence[_Failing], free: Ints) -> _Failing:
+        """Return the least failing deviation on the ways from failing runs to the nominal test.
+
+        A run on a way has the stream key of the failing run, so that only its deviations differ. With a random driver
+        no run on the ways may fail; the least of the failing runs is the result then.
+        """
+        best = failing[0]
+        far = np.array([judged.genomes[row, free] for _, judged, row in failing])
+        keys = np.array([judged.scenes.keys[row] for _, judged, row in failing])
         passes, fails = np.zeros(len(failing)), np.ones(len(failing))
-        for halving in range(HALVINGS + 1):
-            middle = fails if not halving else 0.5 * (passes + fails)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (passes + fails)
             between = np.tile(genome, (len(failing), 1))
-            between[:, free] = middle[:, np.newaxis] * failing[:, free]
-            judged = self._run(cell, between, first)
-            first += len(failing)
-            bad = judged.failed
-            sizes = np.where(bad, self._sizes(between, free), np.inf)
-            row = int(np.argmin(sizes))
-            if bad[row] and (best is None or sizes[row] < best[0]):
-                best = float(sizes[row]), judged, row
-            if halving:
-                passes, fails = np.where(bad, passes, middle), np.where(bad, middle, fails)
-        assert best is not None
-        return best, first
+            between[:, free] = middle[:, np.newaxis] * far
+            judged = self._run(cell, between, keys)
+            best = min((best, *self._failing([judged], free)), key=itemgetter(0))
+            passes, fails = np.where(judged.failed, passes, middle), np.where(judged.failed, middle, fails)
+        return best
 
     def _deviation(self, cell: Cell, genome: Floats, judged: _Judged, row: int) -> Deviation:
         free = self._free(cell)
@@ -348,18 +353,19 @@ class GroupRuns:
     # -- ranges
 
     def _searched(self, cell: Cell, genome: Floats) -> CellResult:
-        """Search ranges of params for a contact."""
+        """Search ranges of params for a failure."""
         names = list(cell.search)
         genes = np.array([self.space.names.index(name) for name in names])
         ends = np.array([cell.search[name] for name in names])
         shares = spread(self._budget(), len(names))
         genomes = np.tile(genome, (len(shares), 1))
         genomes[:, genes] = ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
-        judged = self._run(cell, genomes, 0)
+        judged = self._run(cell, genomes)
         failing = np.flatnonzero(judged.failed)
         if not judged.valid.any():
             return not_run(cell, "no test of the range has a valid scene")
-        worst = failing[np.argmax(judged.impact[failing])] if len(failing) else np.argmax(judged.valid)
+        impacts = np.nan_to_num(judged.impact[failing], nan=-1.0)
+        worst = failing[np.argmax(impacts)] if len(failing) else np.argmax(judged.valid)
         row = int(worst)
         found = self._described(cell, Outcome.FAIL if len(failing) else Outcome.PASS, judged, row)
         ranges = largest_ranges(genomes[judged.valid][:, genes], judged.failed[judged.valid], ends)

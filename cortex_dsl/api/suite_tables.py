@@ -4,17 +4,21 @@ A group of the table has one scenario, one criterion and one source. Each of its
 key of several params, such as `"SPEED TARGET_SPEED"`, lists their values together.
 """
 
+import math
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from engine.errors import ArgumentError, nearest
-from engine.gates.ratings import Rule
+from engine.gates.ratings import EXTENDED, FASTEST, MITIGATION_OR_AVOIDANCE, STANDARD, UNVERIFIED, VERIFIED, Rule
+
+if TYPE_CHECKING:
+    from cortex_dsl.report.findings.suite_report import CellResult
 
 TABLE = "suite.toml"
 SUITES = Path(__file__).parents[1] / "suites"
@@ -24,7 +28,6 @@ IMPACTS = {"relative": -1.0, "ego": 0.0, "oncoming": 1.0}
 """Impact speed of a target in the direction of the ego, across it, and against it: share of the target's speed that is
 added to that of the ego.
 """
-VERIFIED, UNVERIFIED = "verified", "unverified"
 
 
 class SuiteError(ArgumentError):
@@ -44,7 +47,7 @@ class Cell:
     params: Mapping[str, Number]
     """Values of params, in the units of the scenario; a text is a label that only its id has."""
     search: Mapping[str, tuple[float, float]]
-    """Ranges of params in which a contact is searched."""
+    """Ranges of params in which a failure is searched."""
     rule: Rule
     limit: float
     """Largest impact speed of `Rule.LIMIT` [km/h]."""
@@ -70,7 +73,7 @@ class Group:
 
     def only(self, patterns: Sequence[str]) -> "Group":
         """Return the group with the cells that match a pattern; it has points only with all of its cells."""
-        kept = tuple(cell for cell in self.cells if any(_matches(cell, each) for each in patterns))
+        kept = tuple(cell for cell in self.cells if any(matches(cell, each) for each in patterns))
         return replace(self, cells=kept, points=self.points if len(kept) == len(self.cells) else {})
 
 
@@ -98,7 +101,7 @@ class Suite:
             SuiteError: a pattern matches none.
         """
         for pattern in patterns:
-            if not any(_matches(cell, pattern) for cell in self.cells):
+            if not any(matches(cell, pattern) for cell in self.cells):
                 near = nearest(pattern.split("/")[0], [group.name for group in self.groups])
                 meant = f"did you mean `{near}`? " if near else ""
                 names = ", ".join(group.name for group in self.groups)
@@ -107,7 +110,8 @@ class Suite:
         return replace(self, groups=tuple(group for group in groups if group.cells))
 
 
-def _matches(cell: Cell, pattern: str) -> bool:
+def matches(cell: "Cell | CellResult", pattern: str) -> bool:
+    """Return True if the id or the group of a cell matches."""
     return fnmatchcase(cell.id, pattern) or fnmatchcase(cell.group, pattern)
 
 
@@ -150,7 +154,7 @@ def read_suite(folder: Path) -> Suite:
     except (OSError, UnicodeDecodeError) as error:
         raise SuiteError(f"cannot read {path}: {error}", "name a folder with a table") from None
     except tomllib.TOMLDecodeError as error:
-        raise SuiteError(f"{path} is no TOML: {error}", "correct that line") from None
+        raise SuiteError(f"{path} is not valid TOML: {error}", "correct that line") from None
     _Keys(path, "", table).check(_SUITE)
     groups, number = list[Group](), 0
     for row in table["groups"]:
@@ -158,7 +162,7 @@ def read_suite(folder: Path) -> Suite:
         number += len(group.cells)
         groups.append(group)
     _check_unique(path, groups)
-    return Suite(
+    suite = Suite(
         name=folder.resolve().name,
         folder=folder,
         title=table["title"],
@@ -167,16 +171,82 @@ def read_suite(folder: Path) -> Suite:
         entry=tuple(table.get("entry", ())),
         groups=tuple(groups),
     )
+    for pattern in suite.entry:
+        if not any(matches(cell, pattern) for cell in suite.cells):
+            raise SuiteError(f"{path}: the pattern `{pattern}` of `entry` matches no cell", "correct the pattern")
+    return suite
 
 
-_SUITE = {"title": str, "edition": str, "groups": list}
-_GROUP = {"name": str, "source": str, "status": str, "id": list, "cells": list}
-_OPTIONAL = {
-    "file": str, "rule": str, "impact": str, "points": dict, "hold": dict, "limit": (int, float), "reason": str,
-    "search": dict, "range": str, "notes": list, "entry": list,
-}  # fmt: skip
-_OF_ROW = ("range", "rule", "hold", "limit", "reason", "search", "status", "source")
+@dataclass(frozen=True)
+class _Kind:
+    """Kind of the value of a key."""
+
+    text: str
+    holds: Callable[[Any], bool]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str)
+
+
+def _is_value(value: object) -> bool:
+    return _is_number(value) or _is_text(value)
+
+
+def _list_of(holds: Callable[[Any], bool], fewest: int = 0) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, list) and len(value) >= fewest and all(map(holds, value))
+
+
+def _table_of(holds: Callable[[Any], bool], keys: Sequence[str] = ()) -> Callable[[Any], bool]:
+    return lambda value: (
+        isinstance(value, dict) and all(map(holds, value.values())) and (not keys or value.keys() <= set(keys))
+    )
+
+
+def _choice(names: Sequence[str]) -> _Kind:
+    return _Kind(" or ".join(filter(None, [", ".join(names[:-1]), names[-1]])), lambda value: value in (*names,))
+
+
+_TEXT, _NUMBER = _Kind("a text", _is_text), _Kind("a number", _is_number)
+_TEXTS = _Kind("a list of texts", _list_of(_is_text))
+_TABLES = _Kind("a list of at least one table", _list_of(lambda value: isinstance(value, dict), 1))
+_VALUES = _Kind(
+    "a list of at least one number or text, or of lists of them",
+    _list_of(lambda value: _is_value(value) or _list_of(_is_value, 1)(value), 1),
+)
+_STATUS = _choice((VERIFIED, UNVERIFIED))
+_SUITE = {"title": _TEXT, "edition": _TEXT, "groups": _TABLES, "notes": _TEXTS, "entry": _TEXTS}
+_ROW = {
+    "range": _choice((STANDARD, EXTENDED)),
+    "rule": _choice(tuple(Rule)),
+    "hold": _Kind("a table of numbers and texts", _table_of(_is_value)),
+    "limit": _NUMBER,
+    "search": _Kind(
+        "a table of ranges, as in `{ SPEED = [10, 80] }`",
+        _table_of(lambda value: _list_of(_is_number, 2)(value) and len(value) == 2),
+    ),
+    "status": _STATUS,
+    "source": _TEXT,
+}
 """Keys of a row that are no params; those of its group have effect where the row has none."""
+_GROUP = {
+    "name": _TEXT,
+    "id": _TEXTS,
+    "cells": _TABLES,
+    "file": _TEXT,
+    "reason": _TEXT,
+    "impact": _choice(tuple(IMPACTS)),
+    "points": _Kind(
+        f"a table of numbers with the keys {STANDARD} and {EXTENDED}", _table_of(_is_number, (STANDARD, EXTENDED))
+    ),
+    **_ROW,
+}
+_NEEDED = ("title", "edition", "groups", "name", "source", "status", "id", "cells")
+"""Keys without which the table or a group cannot be used."""
 
 
 @dataclass(frozen=True)
@@ -187,56 +257,54 @@ class _Keys:
     place: str
     row: Mapping[str, Any]
 
-    def check(self, needed: Mapping[str, Any], params: bool = False) -> None:
-        for key, kind in needed.items():
-            if key not in self.row:
+    def check(self, kinds: Mapping[str, _Kind]) -> None:
+        for key in kinds:
+            if key in _NEEDED and key not in self.row:
                 raise self.mistake(f"has no `{key}`")
-            self._check_kind(key, kind)
-        for key in self.row.keys() - needed.keys():
-            if key in _OPTIONAL:
-                self._check_kind(key, _OPTIONAL[key])
-            elif key in _GROUP:
-                self._check_kind(key, _GROUP[key])
-            elif not params:
-                near = nearest(key, [*needed, *_OPTIONAL])
+        for key in self.row:
+            if key not in kinds:
+                near = nearest(key, list(kinds))
                 raise self.mistake(f"has an unknown key `{key}`" + (f"; did you mean `{near}`?" if near else ""))
+            self._check_kind(key, kinds[key])
 
-    def _check_kind(self, key: str, kind: Any) -> None:
-        if not isinstance(self.row[key], kind):
-            raise self.mistake(f"has a `{key}` of another kind: {self.row[key]!r}")
+    def check_row(self) -> None:
+        """Check a row of a group, whose other keys are params."""
+        for key in self.row:
+            if key not in _ROW and (key in _GROUP or key in _SUITE):
+                raise self.mistake(f"has the key `{key}` in a row, where it has no effect")
+            self._check_kind(key, _ROW.get(key, _VALUES))
+
+    def _check_kind(self, key: str, kind: _Kind) -> None:
+        if not kind.holds(self.row[key]):
+            raise self.mistake(f": `{key}` is {self.row[key]!r}; expected {kind.text}")
 
     def mistake(self, what: str) -> SuiteError:
-        return SuiteError(f"{self.path}{self.place} {what}", "see `cortexc suite NAME --copy FOLDER` for an example")
+        head = f"{self.path}{self.place}"
+        text = f"{head}{what}" if what.startswith(":") else f"{head} {what}"
+        return SuiteError(text, "see `cortexc suite NAME --copy FOLDER` for an example")
 
 
 def _group(path: Path, folder: Path, row: Mapping[str, Any], first: int) -> Group:
-    keys = _Keys(path, f", group `{row.get('name', '?')}`,", row)
+    keys = _Keys(path, f", group `{row.get('name', '?')}`", row)
     keys.check(_GROUP)
     if ("file" in row) == ("reason" in row):
         raise keys.mistake("needs either a `file` or a `reason` why it cannot be run")
     file = folder / row["file"] if "file" in row else None
     if file is not None and not file.is_file():
         raise keys.mistake(f"names `{row['file']}`, which is not there")
-    if (impact := row.get("impact", "relative")) not in IMPACTS:
-        raise keys.mistake(f"has the impact `{impact}`; there are {', '.join(IMPACTS)}")
     cells = list[Cell]()
     for part in row["cells"]:
-        _Keys(path, keys.place, part).check({}, params=True)
+        _Keys(path, keys.place, part).check_row()
         cells += _cells(keys, row, part, first + len(cells))
-    return Group(row["name"], file, impact, row.get("points", {}), tuple(cells))
+    return Group(row["name"], file, row.get("impact", "relative"), row.get("points", {}), tuple(cells))
 
 
 def _cells(keys: _Keys, group: Mapping[str, Any], part: Mapping[str, Any], first: int) -> Iterator[Cell]:
     """Yield the cells of one row of a group."""
-    lists = {tuple(key.split()): values for key, values in part.items() if key not in _OF_ROW}
-    given = {key: part.get(key, group.get(key)) for key in _OF_ROW if key != "hold"}
+    lists = {tuple(key.split()): values for key, values in part.items() if key not in _ROW}
+    given = {key: part.get(key, group.get(key)) for key in _ROW if key != "hold"}
     hold = {**group.get("hold", {}), **part.get("hold", {})}
-    try:
-        rule = Rule(given["rule"] or Rule.LIMIT)
-    except ValueError:
-        raise keys.mistake(f"has the rule `{given['rule']}`; there are {', '.join(Rule)}") from None
-    if given["status"] not in (VERIFIED, UNVERIFIED):
-        raise keys.mistake(f"has the status `{given['status']}`; there are {VERIFIED} and {UNVERIFIED}")
+    rule = Rule(given["rule"] or Rule.LIMIT)
     search = {name: (float(low), float(high)) for name, (low, high) in (given["search"] or {}).items()}
     for number, values in enumerate(product(*lists.values()), start=first):
         params: dict[str, Number] = dict(hold)
@@ -249,6 +317,9 @@ def _cells(keys: _Keys, group: Mapping[str, Any], part: Mapping[str, Any], first
         if missing:
             raise keys.mistake(f"has cells without `{missing[0]}`, which their id needs")
         limit = params.pop("LIMIT", given["limit"] or 0.0)
+        if not _is_number(limit):
+            raise keys.mistake(f": `LIMIT` is {limit!r}; expected a number")
+        _check_speed(keys, rule, params, search)
         yield Cell(
             id="/".join([group["name"], *(f"{params[name]}" for name in group["id"])]),
             group=group["name"],
@@ -260,8 +331,25 @@ def _cells(keys: _Keys, group: Mapping[str, Any], part: Mapping[str, Any], first
             limit=float(limit),
             source=given["source"],
             status=given["status"],
-            reason=given["reason"] or "",
+            reason=group.get("reason", ""),
         )
+
+
+def _check_speed(keys: _Keys, rule: Rule, params: Mapping[str, Number], search: Mapping[str, object]) -> None:
+    """Check that a cell has the speed of the ego that its rule needs.
+
+    Raises:
+        SuiteError: it has none, or one without bands.
+    """
+    has_bands = rule is Rule.MITIGATION_OR_AVOIDANCE
+    if not has_bands and (rule is not Rule.MITIGATION or "SPEED" in search):
+        return
+    speed = None if "SPEED" in search else params.get("SPEED")
+    if not isinstance(speed, int | float):
+        raise keys.mistake(f"has cells without a number for `SPEED`, which the rule `{rule}` needs")
+    if has_bands and min(speed, FASTEST) not in MITIGATION_OR_AVOIDANCE:
+        some = ", ".join(f"{each:g}" for each in MITIGATION_OR_AVOIDANCE)
+        raise keys.mistake(f": `SPEED` is {speed:g}; the rule `{rule}` has bands for {some} km/h and above")
 
 
 def _check_unique(path: Path, groups: Sequence[Group]) -> None:

@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from pathlib import Path
 from shlex import join
 
@@ -12,10 +11,10 @@ from cortex_dsl.api.contenders import NotComparableError, Side, SideKind, conten
 from cortex_dsl.api.limits import budget_of
 from cortex_dsl.api.seeded_runs import OnRuns, Prepare, check_seed
 from cortex_dsl.api.suite_cells import EGO_SPEED, RUNS, GroupRuns, SuitePlan, not_run
-from cortex_dsl.api.suite_tables import Group, Suite, suite_of
+from cortex_dsl.api.suite_tables import Group, Suite, matches, suite_of
 from cortex_dsl.api.testing import results_of_files
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.report.findings.suite_report import GroupResult, SuiteReport
+from cortex_dsl.report.findings.suite_report import GroupResult, Outcome, SuiteReport
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from engine.driving.blocks import BLOCK as DRIVER_BLOCK
 from engine.errors import ControllerError
@@ -88,7 +87,9 @@ def run_plan(
     broken = [
         cell.id
         for cell in cells
-        if cell.colour not in (None, Colour.GREEN) and any(fnmatchcase(cell.id, each) for each in suite.entry)
+        if cell.outcome is not Outcome.NOT_RUN
+        and cell.colour is not Colour.GREEN
+        and any(matches(cell, each) for each in suite.entry)
     ]
     return SuiteReport(
         suite=suite.name,

@@ -32,6 +32,8 @@ class TwayScenes:
     """Number of domains in a combination."""
     missing: int
     """Combinations without a scene, that no proof excludes."""
+    cut: int
+    """Combinations for which no scene was sought, as `most` scenes were chosen before."""
 
 
 def tway_scenes(programs: DomainPrograms, ways: int, most: int, on_step: OnStep | None = None) -> TwayScenes:
@@ -68,14 +70,17 @@ class _Covering:
         rows = covering_array(self.sizes, self.ways, forbidden, self.programs.seed)
         chosen: list[tuple[Floats, Ints]] = []
         missing: set[StartCells] = set()
+        cut: set[StartCells] = set()
         for number, row in enumerate(rows):
             self.on_step("scenes drawn for rows", number, len(rows))
             cells = tuple((self.starts[i], int(cell)) for i, cell in enumerate(row) if cell != ANY)
             left = [each for each in combinations(cells, self.ways) if each not in self.held]
-            for wanted in dict.fromkeys(
-                (cells, *left)
-            ):  # the combinations one by one only where no scene fits the whole row
-                if len(chosen) >= most or not set(left) - self.held:
+            # The combinations one by one only where no scene fits the whole row.
+            for wanted in dict.fromkeys((cells, *left)):
+                if not set(left) - self.held:
+                    break
+                if len(chosen) >= most:
+                    cut |= set(left)
                     break
                 if wanted in self.held:
                     continue
@@ -84,7 +89,7 @@ class _Covering:
                 elif len(wanted) == self.ways:
                     missing.add(wanted)
         genomes, keys = (np.concatenate(each) for each in zip(*chosen, strict=True)) if chosen else self._none()
-        return TwayScenes(genomes, keys, len(rows), self.ways, len(missing - self.held))
+        return TwayScenes(genomes, keys, len(rows), self.ways, len(missing - self.held), len(cut - self.held))
 
     def _none(self) -> tuple[Floats, Ints]:
         return self.genomes[:0], self.keys[:0]

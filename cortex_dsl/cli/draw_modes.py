@@ -172,7 +172,7 @@ def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> 
         return
     driven = done.tell(sampled.reported).scenes
     said = blame(program, driven, config.simulation, config.contact, jobs, config.search.references)
-    sampled.runs = sampled.runs.plus(done.outcomes, said)
+    sampled.runs = sampled.runs.plus(program, done.outcomes, said)
 
 
 def _show(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.cli.judging import check_output, compiling, read_by, usage_errors
-from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option
+from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, gravest
 from cortex_dsl.console.user_files import place_files, write_output
@@ -65,6 +65,7 @@ def _suite(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _list(options: argparse.Namespace, terminal: Terminal) -> Exit:
     from cortex_dsl.api.suite_tables import suite_names, suite_of
+    from engine.gates.ratings import VERIFIED
 
     suites = [suite_of(name) for name in suite_names()]
     rows = [
@@ -74,7 +75,7 @@ def _list(options: argparse.Namespace, terminal: Terminal) -> Exit:
             "edition": suite.edition,
             "cells": len(suite.cells),
             "can_be_run": sum(not cell.reason for cell in suite.cells),
-            "unverified": sum(cell.status != "verified" for cell in suite.cells),
+            "unverified": sum(cell.status != VERIFIED for cell in suite.cells),
         }
         for suite in suites
     ]
@@ -116,7 +117,7 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
     from cortex_dsl.report.terminal.gate_view import GateProgress
     from engine.search.store import new_directory
 
-    side = side_of(options.ego, None, options.ego_batch, options.ego_observes)
+    side = side_of(options.ego, None, options.ego_batch, options.ego_observes, _driver_words(options))
     if side.kind not in ON_FILES:
         raise UsageError(
             f"`{options.ego}` is a {side.kind} and no driver", "name python:..., process:..., or a behavior"
@@ -147,9 +148,14 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
     return report
 
 
+def _driver_words(options: argparse.Namespace) -> list[str]:
+    """Return the words of the settings of the driver that are not usual."""
+    return driver_words(None, options.ego_batch, options.ego_observes)
+
+
 def _command(options: argparse.Namespace) -> list[str]:
     """Return the words of the command that gives the same results."""
-    words = ["cortexc", "suite", options.suite, "--ego", options.ego]
+    words = ["cortexc", "suite", options.suite, "--ego", options.ego, *_driver_words(options)]
     words += [word for pattern in options.only for word in ("--only", pattern)]
     given = {"--budget": options.budget and options.budget.text, "--seed": options.seed or None}
     return [*words, *(word for flag, value in given.items() if value is not None for word in (flag, f"{value}"))]
@@ -202,7 +208,7 @@ def _exit_code(report: "SuiteReport") -> Exit:
     applies = {
         Exit.USAGE: any(group.refusal for group in report.groups),
         Exit.DIAGNOSTICS: any(group.error is not None for group in report.groups),
-        Exit.BROKEN_LIMIT: not report.passed,
+        Exit.BROKEN_LIMIT: report.has_failure,
     }
     return gravest(code for code, holds in applies.items() if holds)
 

@@ -14,6 +14,7 @@ Bounds cost more than a few attempts: only genomes that some attempts gave no sc
 """
 
 from collections.abc import Iterator, Sequence
+from threading import Lock
 
 import numpy as np
 
@@ -69,13 +70,15 @@ class Pruner:
 
 def pruner(program: Program) -> Pruner:
     """Return a program sliced for all its genomes; the last `KEPT` programs are kept."""
-    if program.digest not in _prepared:
-        while len(_prepared) >= KEPT:
-            _prepared.pop(next(iter(_prepared)), None)
-        _prepared[program.digest] = Pruner(program, slices_of(program, WORK_LIMIT, SLICES) or ())
-    return _prepared[program.digest]
+    with _PREPARING:
+        if (found := _prepared.get(program.digest)) is None:
+            while len(_prepared) >= KEPT:
+                del _prepared[next(iter(_prepared))]
+            found = _prepared[program.digest] = Pruner(program, slices_of(program, WORK_LIMIT, SLICES) or ())
+        return found
 
 
+_PREPARING = Lock()
 _prepared: dict[str, Pruner] = {}
 
 

@@ -16,6 +16,8 @@ from engine.tables import Bools, Floats, Ints
 
 STANDARD, EXTENDED = "standard", "extended"
 """Ranges of the cells of a scenario."""
+VERIFIED, UNVERIFIED = "verified", "unverified"
+"""Status of a cell: whether its values were read in the document."""
 
 
 class Colour(StrEnum):
@@ -73,7 +75,7 @@ def colours(rule: Rule, speed: float, contact: Bools, impact: Floats, reduction:
 
     Args:
         rule: the criterion.
-        speed: nominal speed of the ego [km/h].
+        speed: nominal speed of the ego [km/h]; one of `MITIGATION_OR_AVOIDANCE`, or above `FASTEST`, for that rule.
         contact: (n,) True if the ego touched the target.
         impact: (n,) relative speed at contact [km/h].
         reduction: (n,) reduction of the ego's speed until contact [km/h].
@@ -82,7 +84,7 @@ def colours(rule: Rule, speed: float, contact: Bools, impact: Floats, reduction:
     if rule is Rule.MITIGATION:
         found = _banded(REDUCTION, reduction, "left")
     else:
-        bands = MITIGATION_OR_AVOIDANCE.get(min(speed, FASTEST), ()) if rule is Rule.MITIGATION_OR_AVOIDANCE else ()
+        bands = MITIGATION_OR_AVOIDANCE[min(speed, FASTEST)] if rule is Rule.MITIGATION_OR_AVOIDANCE else ()
         avoided = impact <= (limit if rule is Rule.LIMIT else 0.0)
         found = np.where(avoided, 0, _banded(bands, impact, "right"))
     return np.where(contact, found, 0)

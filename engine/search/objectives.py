@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from engine.metrics.encounters import Encounter
 
 RENAME = "give it a name of its own, as `def my_objective(outcomes):`"
-NOTHING = 0
+NO_MEASURES = 0
+"""`Objective.reads` of an objective that reads no `Measure`."""
 FARTHEST = 60.0
 """Longest conflict gap [s]."""
 
@@ -203,7 +204,9 @@ def failing(runs: Runs) -> Floats:
 
 
 BUILT_IN: tuple[Objective, ...] = (
-    Objective("risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions, reads=NOTHING),
+    Objective(
+        "risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions, reads=NO_MEASURES
+    ),
     Objective(
         "avoidable",
         "2 to 3 for a collision that all reference drivers avoid, 1 to 2 where some do; at most 1 for all other runs",
@@ -250,7 +253,7 @@ def of_file(program: Program) -> Iterator[Objective]:
         kind = {Sense.EXPECT: "how far it is broken", Sense.MAXIMIZE: "made large", Sense.MINIMIZE: "made small"}
         finds = _breaks(number) if each.sense is Sense.EXPECT else _collisions
         sentence = f"{kind[each.sense]} (line {each.line})"
-        yield Objective(each.name, sentence, _number(number, sign), finds, sign, each.unit, NOTHING)
+        yield Objective(each.name, sentence, _number(number, sign), finds, sign, each.unit, NO_MEASURES)
 
 
 def _number(number: int, sign: float) -> Callable[[Runs], Floats]:

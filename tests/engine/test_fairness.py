@@ -1,6 +1,7 @@
 """Fair starts: where braking at once would not help the ego, a scene is drawn again."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from engine.fairness import MOST, fair_starts
 from engine.host import requested
 from engine.kernels.rows import Requested
 from engine.program import Program
-from engine.sampling import draw_genomes, sample
+from engine.sampling import FREE_ATTEMPTS, draw_genomes, sample
 from engine.streams import key_rows
 from engine.tables import Bools
 from engine.vocabulary import Method, Verdict
@@ -91,6 +92,24 @@ def test_scenes_are_the_first_fair_ones_of_their_streams() -> None:
     assert (at_once == (found.failed[:, -1] == 0)).all()
     assert (found.values[at_once] == drawn.values[at_once]).all()
     assert fair_starts(fair.program, requested(fair.program, found), fair.config.simulation).all()
+
+
+@pytest.mark.parametrize("most", [1, 2, 5, 299, 300, 301, 400])
+def test_fair_starts_of_few_attempts_are_those_without_pruning(most: int) -> None:
+    """Bounds begin later: no scene and no count differs, also where the attempts end."""
+    fair = compiled(CROSSING)
+    keys = key_rows(3, Method.SAMPLE, 0, 0, range(40))
+    genomes = draw_genomes(fair.program.space, keys)
+    plain, pruned = (
+        sample(fair.program, genomes, keys, replace(fair.config.simulation, max_attempts=most, prune=prune))
+        for prune in (False, True)
+    )
+    early = plain.attempts < FREE_ATTEMPTS
+    assert early.any()
+    for name in ("verdict", "variant", "values", "attempts", "tested", "failed"):
+        np.testing.assert_array_equal(getattr(plain, name)[early], getattr(pruned, name)[early])
+    if most <= FREE_ATTEMPTS:
+        np.testing.assert_array_equal(plain.failed, pruned.failed)
 
 
 def test_a_scene_depends_on_no_other_and_on_no_thread() -> None:

@@ -1,5 +1,6 @@
 """Results of sampled scenes with an external driver: counts of endings, and the rate of collisions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
@@ -9,9 +10,10 @@ import numpy as np
 from cortex_dsl.report.findings.readable import ratio
 from cortex_dsl.report.findings.tally import Counts
 from engine.outcomes import Outcomes
+from engine.program import Program
 from engine.search.statistics import Interval, clopper_pearson
 from engine.tables import Ints
-from engine.vocabulary import Blame, EndReason, Verdict
+from engine.vocabulary import Blame, EndReason, Sense, Verdict
 
 
 class Ending(IntEnum):
@@ -57,8 +59,10 @@ class DrivenRuns:
 
     counts: Counts = field(default_factory=lambda: np.zeros(len(Ending), dtype=np.int64))
     """(len(Ending),)"""
+    broken: Mapping[str, int] = field(default_factory=dict[str, int])
+    """Number of valid runs that break each expectation of the file."""
 
-    def plus(self, outcomes: Outcomes, blame: Ints) -> "DrivenRuns":
+    def plus(self, program: Program, outcomes: Outcomes, blame: Ints) -> "DrivenRuns":
         """Return the counts with further runs; `blame` (n,) as by `engine.verdicts.blame`."""
         endings = np.where(outcomes.collided, int(Ending.UNAVOIDABLE), int(Ending.NO_COLLISION))
         for said, ending in OF_BLAME.items():
@@ -67,7 +71,12 @@ class DrivenRuns:
         endings[outcomes.verdict == Verdict.ABORTED] = Ending.ABORTED
         endings[outcomes.verdict == Verdict.CONTROLLER] = Ending.CONTROLLER
         driven = np.isin(outcomes.verdict, DRIVEN)
-        return DrivenRuns(self.counts + np.bincount(endings[driven], minlength=len(Ending)))
+        broken = {
+            each.name: self.broken.get(each.name, 0) + int((outcomes.broken[:, number] == 1.0).sum())
+            for number, each in enumerate(program.judged.objectives)
+            if each.sense is Sense.EXPECT
+        }
+        return DrivenRuns(self.counts + np.bincount(endings[driven], minlength=len(Ending)), broken)
 
     def __getitem__(self, ending: Ending) -> int:
         return int(self.counts[ending])
@@ -103,4 +112,5 @@ def runs_content(runs: DrivenRuns, driver: str) -> dict[str, Any]:
         "endings": {each.name.lower(): runs[each] for each in Ending},
         "collisions": runs.collisions,
         "collision_rate": {"of": runs.valid, "value": ratio(runs.collisions, runs.valid), "interval": runs.interval},
+        "broken": dict(runs.broken),
     }

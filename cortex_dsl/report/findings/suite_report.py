@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from engine.display import counted
-from engine.gates.ratings import EXTENDED, STANDARD, Colour, extended_points, standard_points
+from engine.gates.ratings import EXTENDED, STANDARD, VERIFIED, Colour, extended_points, standard_points
 
 if TYPE_CHECKING:
     from cortex_dsl.diagnostics import CompileError, Diagnostic
@@ -49,9 +49,9 @@ class SearchedRange:
     """Result of a search in ranges of params."""
 
     runs: int
-    contacts: int
+    failures: int
     ranges: Mapping[str, tuple[float, float]]
-    """The largest range of each param in which no contact was found; the whole one if there was none."""
+    """The largest range of each param in which no failure was found; the whole one if there was none."""
     units: Mapping[str, str]
 
 
@@ -113,6 +113,11 @@ class GroupResult:
     files: Mapping[str, bytes] = field(default_factory=dict)
     """Kept cases by their places below the folder of the results."""
 
+    @property
+    def trouble(self) -> str:
+        """Return the reason why no cell could be run; "" without one."""
+        return self.refusal or ("" if self.error is None else self.error.message)
+
     def score(self, range_: str) -> float | None:
         """Return the points of a range; a cell that is not run counts as red. None: no cell of it, or no points."""
         found = [cell.colour or Colour.RED for cell in self.cells if cell.range == range_]
@@ -150,7 +155,11 @@ class SuiteReport:
 
     @property
     def passed(self) -> bool:
-        return not any(cell.outcome in (Outcome.FAIL, Outcome.ERROR) for cell in self.cells)
+        return not (self.has_failure or any(group.trouble for group in self.groups))
+
+    @property
+    def has_failure(self) -> bool:
+        return any(cell.outcome in (Outcome.FAIL, Outcome.ERROR) for cell in self.cells)
 
     @property
     def points(self) -> float | None:
@@ -163,7 +172,7 @@ class SuiteReport:
     @property
     def headline(self) -> str:
         counts = [f"{self.count(each)} {each}" for each in Outcome if self.count(each)]
-        unverified = sum(cell.status != "verified" for cell in self.cells)
+        unverified = sum(cell.status != VERIFIED for cell in self.cells)
         text = f"{counted(len(self.cells), 'cell')}: {', '.join(counts) or 'none'}"
         text += f"; {unverified} of them with unverified values" if unverified else ""
         if self.not_done:
@@ -234,8 +243,8 @@ def _cell_content(cell: CellResult) -> dict[str, Any]:
         },
         "deviation_runs": cell.deviation_runs,
         "search": None if searched is None else {
-            "runs": searched.runs, "contacts": searched.contacts,
-            "without_contact": {name: list(ends) for name, ends in searched.ranges.items()},
+            "runs": searched.runs, "failures": searched.failures,
+            "without_failure": {name: list(ends) for name, ends in searched.ranges.items()},
             "units": dict(searched.units),
         },
         "references": dict(cell.references),

@@ -1,9 +1,12 @@
-"""The result of `cortexc suite` as JUnit XML: a group is a `testsuite`, each of its cells a `testcase`."""
+"""The result of `cortexc suite` as JUnit XML: a group is a `testsuite`, each of its cells a `testcase`.
+
+A group whose scenario has errors, or in which the driver cannot drive, has one testcase with an `error`.
+"""
 
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
-from cortex_dsl.report.gates.junit import xml_text
+from cortex_dsl.report.gates.junit import RUNS, xml_text
 from cortex_dsl.version import VERSION
 
 TAGS = {Outcome.FAIL: "failure", Outcome.ERROR: "error", Outcome.NOT_RUN: "skipped"}
@@ -29,22 +32,37 @@ def _suite(report: SuiteReport, group: GroupResult) -> Element:
     properties = SubElement(suite, "properties")
     for name, value in known.items():
         SubElement(properties, "property", name=name, value=xml_text(value))
-    share = f"{group.seconds / max(1, len(group.cells)):.3f}"
-    suite.extend(_case(report, cell, share) for cell in group.cells)
-    suite.set("tests", str(len(group.cells)))
-    for outcome, tag in TAGS.items():
+    cases = [_trouble(report, group)] if group.trouble else [_case(report, cell) for cell in group.cells]
+    share = f"{group.seconds / max(1, len(cases)):.3f}"
+    for case in cases:
+        case.set("time", share)
+    suite.extend(cases)
+    suite.set("tests", str(len(cases)))
+    for tag in TAGS.values():
         name = tag if tag == "skipped" else f"{tag}s"
-        suite.set(name, str(sum(cell.outcome is outcome for cell in group.cells)))
+        suite.set(name, str(sum(case.find(tag) is not None for case in cases)))
     return suite
 
 
-def _case(report: SuiteReport, cell: CellResult, time: str) -> Element:
-    case = Element("testcase", name=xml_text(cell.id), classname=xml_text(report.suite), time=time)
+def _named(report: SuiteReport, name: str) -> Element:
+    return Element("testcase", name=xml_text(name), classname=xml_text(report.suite))
+
+
+def _trouble(report: SuiteReport, group: GroupResult) -> Element:
+    case = _named(report, f"{group.name}/{RUNS}")
+    text = xml_text(group.trouble)
+    SubElement(case, "error", type="error", message=text).text = text
+    return case
+
+
+def _case(report: SuiteReport, cell: CellResult) -> Element:
+    case = _named(report, cell.id)
     if cell.outcome is Outcome.PASS:
         return case
     text = cell.reason or f"{cell.colour}: {cell.event}"
     part = SubElement(case, TAGS[cell.outcome], message=xml_text(text))
     if cell.outcome is not Outcome.NOT_RUN:
         part.set("type", cell.outcome.lower())
-        part.text = xml_text("" if cell.deviation is None else f"replay: {cell.deviation.replay}")
+        replay = "" if cell.deviation is None else cell.deviation.replay
+        part.text = xml_text(f"{text}\nreplay: {replay}" if replay else text)
     return case

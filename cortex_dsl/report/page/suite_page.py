@@ -9,7 +9,8 @@ from engine.search.store import without_folders
 from engine.strict_json import plain
 
 LIMITS = (
-    "A cell that is not run passes nothing. Cells marked (?) have values that were not read in the document.",
+    "A cell that is not run has no verdict and counts as red in the points.",
+    "Cells marked (?) have values that were not read in the document.",
     "The probability of a failure is that of deviations that are uniform within the tolerances of the document.",
     "The least deviation is the least one that a search found; there may be lesser ones.",
     "A result holds for this driver, these scenarios and this simulator; it is no official rating.",

@@ -10,6 +10,7 @@ from cortex_dsl.report.findings.tally import Tally, most_to_blame
 from cortex_dsl.report.views.requirements import requirements_view
 from cortex_dsl.report.views.run import title_of
 from engine.program import Program
+from engine.search.statistics import clopper_pearson
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
@@ -93,4 +94,8 @@ def driven_view(runs: DrivenRuns, driver: str) -> Title:
         if runs[Ending.CONTROLLER]:
             text = "its lower end counts scenes in which the driver failed as safe, its upper end as collisions"
             blocks.append(Note(text))
+        for name, broken in runs.broken.items():
+            low, high = clopper_pearson(broken, runs.valid, unknown=runs[Ending.CONTROLLER])
+            rate = f"{percent(ratio(broken, runs.valid), 2)} of {counted(runs.valid, 'run')}"
+            blocks.append(Note(f"`{name}` broken in {rate}; 95 % interval {percent(low, 2)} .. {percent(high, 2)}"))
     return Title(f"{counted(runs.driven, 'scene')} driven", blocks, f"by {driver}")

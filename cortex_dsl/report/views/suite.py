@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from cortex_dsl.report.blocks import Block, Caution, Code, Column, Facts, Note, Table, Title, Value, Words
 from cortex_dsl.report.findings.readable import ABSENT, counted, significant
 from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
-from engine.gates.ratings import EXTENDED, STANDARD
+from engine.gates.ratings import EXTENDED, STANDARD, VERIFIED
 
 STYLES = {Outcome.PASS: "good", Outcome.FAIL: "bad", Outcome.ERROR: "bad", Outcome.NOT_RUN: "quiet"}
 COLOUR_STYLES = {"green": "good", "red": "bad"}
@@ -19,13 +19,16 @@ def suite_view(report: SuiteReport, shown: int | None = SHOWN) -> Title:
     blocks: list[Block] = [_groups(report)]
     lists = (
         ("Cells that fail", [cell for cell in report.cells if cell.outcome in (Outcome.FAIL, Outcome.ERROR)]),
-        ("Cells that pass, and fail within the tolerances", [cell for cell in report.cells if _is_fragile(cell)]),
+        (
+            "Cells that pass the nominal test and fail within the tolerances",
+            [cell for cell in report.cells if _is_fragile(cell)],
+        ),
     )
     for name, cells in lists:
         if cells:
             blocks.append(Title(name, list(_cells(cells, shown)), counted(len(cells), "cell")))
     if searched := [cell for cell in report.cells if cell.searched is not None]:
-        blocks.append(Title("Searched ranges", [_ranges(searched)], "the largest range without a contact"))
+        blocks.append(Title("Searched ranges", [_ranges(searched)], "the largest range without a failure"))
     blocks += _not_run(report)
     if report.entry:
         blocks.append(Caution(f"entry conditions are broken, so that there are no points: {', '.join(report.entry)}"))
@@ -98,7 +101,7 @@ def _row(cell: CellResult) -> Sequence[Words]:
     share = f"{significant(100.0 * cell.probability, 3)} %" if cell.runs else ""
     ends = f"{significant(100.0 * cell.low, 3)} to {significant(100.0 * cell.high, 3)} %" if cell.runs else ""
     least = "" if cell.deviation is None else significant(cell.deviation.size, 2)
-    name: Words = cell.id if cell.status == "verified" else (cell.id, Value(" (?)", "warn"))
+    name: Words = cell.id if cell.status == VERIFIED else (cell.id, Value(" (?)", "warn"))
     careful = cell.references.get("careful", "")
     return name, Value(colour, COLOUR_STYLES.get(colour, "warn")), impact, share, ends, least, careful
 
@@ -113,8 +116,13 @@ def _ranges(cells: Sequence[CellResult]) -> Table:
             for name, (low, high) in searched.ranges.items()
             if low == low
         ]
-        rows.append((cell.id, f"{searched.runs:,}", f"{searched.contacts:,}", ", ".join(ends) or "no part of it"))
-    heads = Column("cell"), Column("runs", numbers=True), Column("contacts", numbers=True), Column("none in", wrap=True)
+        rows.append((cell.id, f"{searched.runs:,}", f"{searched.failures:,}", ", ".join(ends) or "no part of it"))
+    heads = (
+        Column("cell"),
+        Column("runs", numbers=True),
+        Column("failures", numbers=True),
+        Column("no failure in", wrap=True),
+    )
     return Table(heads, rows, name="ranges")
 
 

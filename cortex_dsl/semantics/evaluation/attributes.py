@@ -129,9 +129,9 @@ def _known(ev: Evaluator, place: Value, name: str) -> Lane | Point:
 
 
 _SURFACES: Mapping[str, Callable[[Network, float, float], Value]] = {
-    "sidewalkAt": lambda network, x, y: streets.at_point(network, streets.SIDEWALK, x, y),
-    "crossingAt": lambda network, x, y: streets.at_point(network, streets.CROSSING, x, y),
-    "shoulderAt": lambda network, x, y: streets.at_point(network, streets.SHOULDER, x, y),
+    "sidewalkAt": lambda network, x, y: streets.surface_at(network, streets.SIDEWALK, x, y),
+    "crossingAt": lambda network, x, y: streets.surface_at(network, streets.CROSSING, x, y),
+    "shoulderAt": lambda network, x, y: streets.surface_at(network, streets.SHOULDER, x, y),
     "elementAt": streets.element_at,
 }
 

@@ -144,10 +144,6 @@ def crossings_of(intersection: Intersection) -> tuple[Surface, ...]:
     return tuple(sorted((each for each in own if each.kind is SurfaceKind.CROSSING), key=turned))
 
 
-def at_point(network: Network, kinds: Kinds, x: float, y: float) -> Surface | None:
-    return surface_at(network, kinds, x, y)
-
-
 def element_at(network: Network, x: float, y: float) -> Value:
     """Return the intersection, else the road, the shoulder, the sidewalk at a point; None without one."""
     inside = (each for each in network.intersections if network.regions.contains(each.region, x, y))

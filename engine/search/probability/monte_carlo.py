@@ -145,7 +145,7 @@ def _partners(program: Program) -> "tuple[tuple[Objective, ...], dict[str, Any]]
     """Return objectives that measure the distance and the side of each partner, and the targets that read them: each
     partner, and each on each side of the ego, where it is at its closest approach.
     """
-    from engine.search.objectives import NOTHING, Objective
+    from engine.search.objectives import NO_MEASURES, Objective
 
     aims: list[Objective] = []
     targets: list[Score] = []
@@ -159,9 +159,9 @@ def _partners(program: Program) -> "tuple[tuple[Objective, ...], dict[str, Any]]
                 _collided,
                 -1.0,
                 "m",
-                NOTHING,
+                NO_MEASURES,
             ),
-            Objective("side", "the side on which it is then", _column("side", pair), _collided, reads=NOTHING),
+            Objective("side", "the side on which it is then", _column("side", pair), _collided, reads=NO_MEASURES),
         ]
         targets += [_target(distance, side) for side in (None, *Side)]
     return tuple(aims), {"targets": targets}

@@ -315,6 +315,14 @@ def test_a_covering_array_stops_at_its_budget(planted: Callable[..., Path], cort
     assert found["draws"] == 3
     assert found["counts"]["covered"] == 3
     assert found["counts"]["untried"]
+    assert any("cut off by the budget" in remark for remark in found["remarks"])
+
+
+def test_rare_cells_beside_a_covering_array(planted: Callable[..., Path], cortexc: Run) -> None:
+    """Probabilities come from independent runs, which are made for them."""
+    found = cortexc("coverage", planted(SLOTS, GAP), "--method", "tway", "--budget", 3, "--rare", 1000, "--json")
+    assert found.code == 0, found.err
+    assert found.document["counts"]["rare"]
 
 
 def test_a_covering_array_needs_scenes_that_can_be_chosen(

@@ -71,6 +71,17 @@ EGO = ("--ego", "python:planner_of_mine:drive")
 SMALL = ("--random", "--generations", "2", "--population", "4", "--jobs", "1")
 
 
+def test_a_sample_counts_broken_expectations(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As many as runs of the same scenes break them."""
+    (home / "expects.scn").write_text(f'{TEXT}expect always ego.speed < 16.2 m/s as "slow"\n', encoding="utf-8")
+    assert main(["expects.scn", "--sample", "30", *EGO, "--json"]) == 0
+    driven = json.loads(capsys.readouterr().out)["driven"]
+    scenario = cx.load("expects.scn").driven_by(EGO[1])
+    broken = int((scenario.simulate(scenario.sample(30)).broken == 1.0).sum())
+    assert driven["broken"] == {"slow": broken}
+    assert 0 < broken < 30
+
+
 @pytest.mark.parametrize("what", ["drive", "Driver"])
 def test_a_run_is_driven(home: Path, capsys: pytest.CaptureFixture[str], what: str) -> None:
     """And how to have it again names who drove."""

@@ -1,8 +1,11 @@
 """`cortexc suite`: geometry of the cells, planted defects, deviations, searched ranges, files, and bad input."""
 
 import csv
+import importlib
 import json
+import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -13,12 +16,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cortex_dsl as cx
-from cortex_dsl.api import testing
+from cortex_dsl.api import seeded_runs, suite_cells, testing
 from cortex_dsl.api.suite_tables import SuiteError, read_suite, suite_names, suite_of
 from cortex_dsl.api.suites import run_suite
 from cortex_dsl.console.terminal import Exit
-from cortex_dsl.report.findings.suite_report import CellResult, Outcome, SuiteReport
+from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
 from engine.gates.ranges import largest_ranges, spread
+from engine.gates.ratings import Colour
 
 Run = Callable[..., Any]
 BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
@@ -150,7 +154,7 @@ def test_a_failing_window_of_one_per_cent_of_a_range_is_found_in_each_of_100_sea
 @given(
     failing=st.lists(st.integers(0, 49), min_size=1, max_size=10, unique=True),
 )
-def test_a_range_without_contact_holds_no_failing_run(failing: list[int]) -> None:
+def test_a_range_without_a_failure_holds_no_failing_run(failing: list[int]) -> None:
     """Its ends are runs that keep clear, and no range of more runs does."""
     points = np.linspace(0.0, 1.0, 50)[:, np.newaxis]
     failed = np.zeros(50, dtype=bool)
@@ -174,6 +178,18 @@ def dies_at_40(observations):
     if (abs(observations[:, 0] - 40 / 3.6) < 0.3).any():
         raise ValueError("not at this speed")
     return coasts(observations)
+
+def brakes(observations):
+    return np.tile([0.0, 1.0, 0.0], (len(observations), 1))
+
+def brakes_or_dies_at_40(observations):
+    dies_at_40(observations)
+    return brakes(observations)
+
+coasting = False
+
+def coasts_at_times(observations):
+    return coasts(observations) if coasting else brakes(observations)
 """
 
 
@@ -183,6 +199,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     (tmp_path / "suite_drivers.py").write_text(DRIVERS)
+    monkeypatch.delitem(sys.modules, "suite_drivers", raising=False)
     return tmp_path
 
 
@@ -202,6 +219,88 @@ def test_a_driver_that_dies_in_one_cell_loses_no_other(cortexc: Run, home: Path)
         rows = list(csv.DictReader(file))
     assert [row["outcome"] for row in rows] == [cell["outcome"] for cell in found.values()]
     assert "CCRs/40/50" in (home / "out" / "report.html").read_text()
+
+
+def test_a_failure_that_does_not_come_again_is_reported(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A random driver may fail in no run of the search; the failures that are known remain."""
+    drivers = importlib.import_module("suite_drivers")
+    batches = list[int]()
+
+    def drive(*given: Any) -> Any:
+        batches.append(len(given[2].valid))
+        monkeypatch.setattr(drivers, "coasting", len(batches) == 2)
+        return seeded_runs.drive(*given)
+
+    monkeypatch.setattr(suite_cells, "drive", drive)
+    (cell,) = run_suite("euroncap-2026", "python:suite_drivers:coasts_at_times", only=["CCRs/50/50"], budget=8).cells
+    assert batches[:2] == [1, 8]
+    assert (cell.outcome, cell.failures) == (Outcome.PASS, 8)
+    assert cell.deviation is not None
+    assert cell.deviation.size > 0.0
+    assert cell.deviation.impact > 0.0
+
+
+def test_an_entry_cell_in_which_the_driver_fails_is_broken(home: Path) -> None:
+    """An entry condition may name a group."""
+    for path in suite_of("euroncap-2026").folder.iterdir():
+        (home / path.name).write_text(path.read_text().replace('entry = ["CCRs/', 'entry = ["CCRs", "CCRs/'))
+    driver = "python:suite_drivers:brakes_or_dies_at_40"
+    report = run_suite(str(home), driver, only=["CCRs/[34]0/50"], budget=1)
+    assert [cell.outcome for cell in report.cells] == [Outcome.PASS, Outcome.ERROR]
+    assert report.entry == ("CCRs/40/50",)
+
+
+def test_the_case_of_a_search_is_a_contact_if_there_is_one(home: Path) -> None:
+    """Wide gaps break the following gap without a contact."""
+    for path in suite_of("un-r157").folder.iterdir():
+        (home / path.name).write_text(path.read_text())
+    table = home / "suite.toml"
+    text = table.read_text()
+    old = '"SPEED GAP" = [[10, 11], [20, 22], [30, 33], [40, 44], [50, 56], [60, 67]]'
+    assert old in text
+    table.write_text(text.replace(old, "SPEED = [10]\nsearch = { GAP = [31, 36] }"))
+    (cell,) = run_suite(str(home), BLIND, only=["following gap"], budget=11).cells
+    assert cell.outcome is Outcome.FAIL
+    assert cell.contact
+    assert cell.impact == pytest.approx(2.0, abs=0.05)
+
+
+def test_the_settings_of_the_driver_are_in_the_command_and_in_the_replay(cortexc: Run, home: Path) -> None:
+    """Both commands give the same results again."""
+    words = ("--ego", "python:suite_drivers:coasts", "--only", "CCRs/50/50", "--budget", "2", "--json")
+    settings = ("--ego-batch", "7", "--ego-observes", "egocentric")
+    document = cortexc("suite", "euroncap-2026", *words, *settings, "--out", "out").document
+    (cell,) = document["groups"][0]["cells"]
+    assert cell["outcome"] == "fail"
+    for command in (document["command"], cell["deviation"]["replay"]):
+        assert " ".join(settings) in command
+    assert cortexc(*cell["deviation"]["replay"].split()[1:]).code == Exit.FINE
+
+
+def test_a_group_that_cannot_be_run_is_an_error_in_junit(cortexc: Run, home: Path) -> None:
+    """A file with errors, and a driver that does not fit; a failure without a kept case has no replay."""
+    cortexc("suite", "un-r152", "--copy", "mine")
+    car = home / "mine" / "car.scn"
+    car.write_text(car.read_text().replace("TARGET_SPEED,", "TARGT_SPEED,", 1))
+    only = ("--only", "car M1", "--only", "pedestrian M1/maximum/20", "--budget", "2", "--junit", "j.xml")
+    for driver, code in (
+        (BLIND, Exit.DIAGNOSTICS),
+        ("EmergencyBrakeBehavior", Exit.DIAGNOSTICS),
+        ("EmergencyBrakeBehavior(FollowLaneBehavior(SPED))", Exit.USAGE),
+    ):
+        result = cortexc("suite", "mine", "--ego", driver, *only, "--json")
+        assert result.code == code
+        assert not result.document["passed"]
+        root = ET.parse(home / "j.xml").getroot()
+        suites = {suite.get("name"): suite for suite in root.iter("testsuite")}
+        error = suites["car M1"].find("testcase/error")
+        assert error is not None
+        assert error.get("message")
+        assert (suites["car M1"].get("tests"), suites["car M1"].get("errors")) == ("1", "1")
+        assert root.get("errors") == str(sum(1 for _ in root.iter("error")))
+        for failure in root.iter("failure"):
+            assert failure.text
+            assert "replay" not in failure.text
 
 
 def test_a_kept_case_fails_again(cortexc: Run, home: Path) -> None:
@@ -324,12 +423,12 @@ def test_a_copy_can_be_changed(cortexc: Run, home: Path) -> None:
     [
         ("title =", "titel =", "has no `title`"),
         ('file = "car.scn"', 'file = "cars.scn"', "which is not there"),
-        ('rule = "limit"', 'rule = "limits"', "has the rule `limits`"),
-        ('status = "verified"', 'status = "sure"', "has the status `sure`"),
-        ('impact = "relative"', 'impact = "both"', "has the impact `both`"),
+        ('rule = "limit"', 'rule = "limits"', "`rule` is 'limits'; expected"),
+        ('status = "verified"', 'status = "sure"', "`status` is 'sure'; expected"),
+        ('impact = "relative"', 'impact = "both"', "`impact` is 'both'; expected"),
         ('id = ["LOAD", "SPEED"]', 'id = ["LOAD", "SPED"]', "without `SPED`"),
         ('id = ["LOAD", "SPEED"]', 'id = ["LOAD"]', "two cells are called"),
-        ("[[groups]]", "[[group]", "is no TOML"),
+        ("[[groups]]", "[[group]", "is not valid TOML"),
     ],
 )
 def test_mistakes_of_a_table_are_named(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -392,5 +491,21 @@ def test_cut_ins_that_can_be_avoided_are_avoided_by_a_driver_that_keeps_its_gap_
     for cell in blind.cells:
         assert cell.outcome is Outcome.FAIL
         assert cell.searched is not None
-        assert 0 < cell.searched.contacts <= cell.searched.runs < 64
+        assert 0 < cell.searched.failures <= cell.searched.runs < 64
         assert cell.references["careful"].startswith("avoids")
+
+
+def test_the_heads_of_a_search_name_failures(cortexc: Run, home: Path) -> None:
+    """A failure of a search need not be a contact."""
+    words = ("suite", "fmvss-127", "--ego", BLIND, "--only", "stopped lead", "--budget", "3")
+    result = cortexc(*words)
+    assert "no failure in" in result.out
+    assert "contacts" not in result.out
+    assert cortexc(*words, "--json").document["groups"][0]["cells"][0]["search"]["failures"] == 3
+
+
+def test_a_cell_that_is_not_run_counts_as_red_in_the_points() -> None:
+    """As the page of a suite says."""
+    result = cells(run_suite("euroncap-2026", BLIND, only=["CPNCO night/30/50"], budget=1))["CPNCO night/30/50"]
+    green = replace(result, outcome=Outcome.PASS, colour=Colour.GREEN)
+    assert GroupResult("a", (result, green), {"standard": 1.0}).score("standard") == 0.5
