@@ -1,6 +1,5 @@
 """Scenarios of cortexc: the name of each, its docstring, and the files that it needs."""
 
-import ast
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from importlib.resources.abc import Traversable
@@ -8,9 +7,9 @@ from importlib.resources.abc import Traversable
 from cortex_dsl.installation import resource
 
 SUFFIX = ".scn"
-FOLDERS = ("examples", "examples/roads", "examples/own_driver", "examples/paper")
-"""Folders in the order of the list: case studies of the paper, roads that are no grid, a driver of one's own, and the
-case studies once more with validity that depends on several params."""
+FOLDERS = ("examples", "examples/roads", "examples/streets", "examples/own_driver", "examples/paper")
+"""Folders in the order of the list: case studies of the paper, roads that are no grid, streets with sidewalks, a
+driver of one's own, and the case studies once more with validity that depends on several params."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +36,9 @@ class Example:
 
     @property
     def summary(self) -> str:
-        """Return the docstring of the example as one line."""
-        docstring, _, _ = self.text.partition("\n\n")
-        return " ".join(str(ast.literal_eval(docstring)).split())
+        """Return the first paragraph of the docstring as one line."""
+        paragraph, _, _ = self.text.partition("\n\n")
+        return " ".join(paragraph.strip('"').split())
 
 
 @lru_cache(maxsize=1)

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import cortex_dsl as cx
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.semantics.evaluation.maps import DIMENSIONS, MAP_ARGUMENTS, TRUTHS, WHOLE
+from cortex_dsl.semantics.evaluation.maps import DIMENSIONS, MAP_ARGUMENTS, PLACES, TRUTHS, WHOLE
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES, Domain
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, TIME, si_word
@@ -127,6 +127,11 @@ OTHERS: Mapping[str, tuple[Domain, str, str]] = {
         Domain("the distance before the intersection", LENGTH),
         "end",
         f"new Car before intersection by @ along {LANES}, with allowCollisions True",
+    ),
+    "meeting": (
+        Domain("the time after `after`", TIME),
+        "end",
+        f"new Car meeting other at 0.5 after @, with speed 5 m/s, {PLACED}",
     ),
     "mutate": (Domain("the scale of `mutate`", PURE), "end", "mutate third by @"),
     "visibleDistance of a place": (
@@ -371,6 +376,7 @@ CHECKED = {
     "evaluation.relations._followed": "following a field",
     "evaluation.signals.time": "signals(green)",
     "evaluation.specifiers._along": "before",
+    "evaluation.specifiers._meeting": "meeting",
 }
 """Functions of `cortex_dsl.semantics` that check the range of a number, each with a number of these laws."""
 
@@ -427,10 +433,15 @@ CONSTANTS: Mapping[str, tuple[str, str, str]] = {
     "probability": (ONE + "require[{}] ego.x < 1", "1.5", "Range(0.1, 0.2)"),
     "bound of a DiscreteRange": (ONE + "require DiscreteRange({}, 3) < 4", "4", "Range(1, 2)"),
     **{
-        f"{name} of map {kind}": (f"map {kind}({name}={{}})\n{ONE}", f"-1{unit}", f"DiscreteRange(3, 4){unit}")
+        f"{name} of map {kind}": (
+            f"map {kind}({stated.format(name)})\n{ONE}",
+            f"-1{unit}",
+            f"DiscreteRange(3, 4){unit}",
+        )
         for kind, names in MAP_ARGUMENTS.items()
         for name in names
         if kind != "opendrive" and name not in TRUTHS
+        for stated in ["sidewalk=2 m, {}=[{{}}]" if name == PLACES else "{}={{}}"]
         for unit in [" * 1 " + si_word(DIMENSIONS.get(name, LENGTH)) if name not in WHOLE else ""]
     },
 }

@@ -54,9 +54,12 @@ def test_likely_range() -> None:
     assert likely_range("COLOUR") == "Range(LOW, HIGH)"
 
 
-def test_no_sidewalk() -> None:
+@pytest.mark.parametrize("word", ["pavement", "footpath", "footway"])
+def test_no_sidewalk(word: str) -> None:
     """The cure is a place beside the road that compiles."""
-    assert "after intersection by 3 m" in did_you_mean("sidewalk", ())
+    place, argument = re.findall(r"`(\S*sidewalk.*?)`", did_you_mean(word, ()))
+    text = f"map intersection({argument})\nego = new Car on road\nnew Pedestrian on {place}\n"
+    assert compile_source(Source("cured.scn", text)).diagnostics == ()
 
 
 FOREIGN = {

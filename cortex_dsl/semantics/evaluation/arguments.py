@@ -10,11 +10,11 @@ from cortex_dsl.semantics.evaluation.numbers import adopt, unit_cure
 from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, Value
-from cortex_dsl.semantics.model.wording import kind_name, range_text
+from cortex_dsl.semantics.model.wording import kind_name, range_text, shown
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Parameter
 from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.units import PURE, example
+from cortex_dsl.semantics.quantities.units import PURE, UNITS, example
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -141,7 +141,11 @@ def usage(parameter: Parameter) -> str:
     assert dimension is not None
     limits = range_text(parameter.low, parameter.high, dimension, above=False)
     form = parameter.meaning or (f"a number without a unit, {limits}" if dimension == PURE else unit_cure(dimension))
-    return f"{form}; as in `{parameter.name}={example(dimension)}`"
+    usual, _, word = example(dimension).partition(" ")
+    value = float(usual) * (UNITS[word].factor if word else 1.0)
+    legal = min(max(value, parameter.low), parameter.high)
+    number = example(dimension) if legal == value else shown(legal, dimension)
+    return f"{form}; as in `{parameter.name}={number}`"
 
 
 def no_names(function: str, given: Sequence[Given]) -> None:
