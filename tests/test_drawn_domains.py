@@ -434,14 +434,14 @@ CONSTANTS: Mapping[str, tuple[str, str, str]] = {
     "bound of a DiscreteRange": (ONE + "require DiscreteRange({}, 3) < 4", "4", "Range(1, 2)"),
     **{
         f"{name} of map {kind}": (
-            f"map {kind}({stated.format(name)})\n{ONE}",
+            f"map {kind}({stated})\n{ONE}",
             f"-1{unit}",
             f"DiscreteRange(3, 4){unit}",
         )
         for kind, names in MAP_ARGUMENTS.items()
         for name in names
         if kind != "opendrive" and name not in TRUTHS
-        for stated in ["sidewalk=2 m, {}=[{{}}]" if name == PLACES else "{}={{}}"]
+        for stated in [f"sidewalk=2 m, {name}=[{{}}]" if name == PLACES else f"{name}={{}}"]
         for unit in [" * 1 " + si_word(DIMENSIONS.get(name, LENGTH)) if name not in WHOLE else ""]
     },
 }
