@@ -150,6 +150,8 @@ ARGUMENTS = {
     "reference_actor": "{partner}",
     "x": "0.4",
     "track": "{track}",
+    "distance": "{far}",
+    "deceleration": "3 m/s^2",
 }
 """What is given to each parameter that has no default, and to `trajectory`; a new one needs a row here."""
 NONE: Mapping[str, str] = {}
@@ -182,6 +184,7 @@ def call(name: str, view: View, way: str, partner: str, speed: str, more: Mappin
     track = TRACK.format(sign * 0.5, sign * 0.2, sign * 3.5)
     inner = "_laneToRight" if view.mirrored else "_laneToLeft"
     given = {"way": way, "partner": partner, "speed": speed, "track": track, "inner": inner}
+    given["far"] = view.length(20.0)
     needed = [p.name for p in BUILTINS[name].parameters if p.default is None or p.name == "trajectory"]
     arguments = {each: ARGUMENTS[each].format(**given) for each in needed} | dict(more)
     return f"{name}({', '.join(f'{each}={text}' for each, text in arguments.items())})"
