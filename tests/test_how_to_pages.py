@@ -73,7 +73,8 @@ def follow(
                 in_shell(line, home, shell)
             else:
                 words = [fewer(word) for word in shlex.split(line)[1:]]
-                if {"--ga", "--method"} & {*words} and words[0] != "probability" and "--generations" not in words:
+                searches = words[0] not in ("probability", "coverage") and {"--ga", "--method"} & {*words}
+                if searches and "--generations" not in words:
                     words += BUDGET
                 words += ["--jobs", "1"] if words[0] == "study" else []
                 code = main(words)

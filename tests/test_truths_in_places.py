@@ -22,9 +22,11 @@ FILE = """
 map intersection()
 ego = new Car at (-30, -1.75), facing 0 deg, with visibleDistance 100 m
 sign = new Obstacle at (-10, -1.75)
+mover = new Car at (-30, -30), facing 0 deg, with speed 8 m/s, with behavior ConstantSpeedBehavior(8 m/s),
+    with regionContainedIn None
 spot = new OrientedPoint at (-20, 8), facing 0 deg
 way = [intersection.maneuvers[0].startLane]
-thing = new Obstacle {specifier}
+thing = new {kind} {specifier}
 """
 TRUTHS = {
     "can_see": ("ego can see sign", "ego can see spot", "spot can see sign", "sign can see ego"),
@@ -49,6 +51,10 @@ SPECIFIERS = {
     "before": ("before intersection by {m} along way", "before intersection by 5 m along ({w})"),
     "after": ("after intersection by {m} along [intersection.maneuvers[0].endLane]",),
     "beyond": ("beyond sign by {m}", "beyond sign by 20 m from ({s})"),
+    "meeting": (
+        "meeting mover at {n} after {d} by {m}, facing 90 deg, with speed 1 m/s",
+        "meeting ({v}) at 0.5 after 4 s, facing 90 deg, with speed 1 m/s",
+    ),
     "in_sight": ("visible", "visible from ({s})", "not visible from ({o})"),
     "contained_in": ("contained in ({r})",),
     "apparently_facing": ("at (9, 20), apparently facing {a} from ({s})", "at (9, 20), apparently facing {a}"),
@@ -87,11 +93,15 @@ def file(truth: str, specifier: str) -> str:
         "a": f"(10 deg if {truth} else 20 deg)",
         "t": f"({truth})",
         "s": f"(5, 20) if {truth} else (5, 25)",
+        "n": f"(0.2 if {truth} else 0.6)",
+        "d": f"(3 s if {truth} else 4 s)",
+        "v": f"mover if {truth} else ego",
         "o": f"spot if {truth} else ego",
         "r": f"CircularRegion((5, 20), 9 m) if {truth} else CircularRegion((5, 30), 9 m)",
         "w": f"way if {truth} else [intersection.maneuvers[1].startLane]",
     }
-    return FILE.format(specifier=specifier.format(**values))
+    kind = "Pedestrian" if specifier.startswith("meeting") else "Obstacle"  # which moves
+    return FILE.format(kind=kind, specifier=specifier.format(**values))
 
 
 def test_every_operator_and_specifier_of_the_grammar_has_a_row() -> None:

@@ -40,7 +40,7 @@ from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.verdicts import answers_and_margins
-from engine.vocabulary import Answer, Method, Verdict
+from engine.vocabulary import Answer, Method, Sense, Verdict
 
 RUNS = 200
 """Runs of a cell by default."""
@@ -140,10 +140,14 @@ class GroupRuns:
         """Return (d,) the genome of the nominal test.
 
         Raises:
-            SuiteError: a param is missing, unknown, or out of its range.
+            SuiteError: a param is missing, unknown, or out of its range, or the rule is about an `expect` that the file
+                does not have.
         """
         space, file = self.space, self.group.file
         assert file is not None
+        if cell.rule is Rule.EXPECT and all(o.sense is not Sense.EXPECT for o in self.side.program.judged.objectives):
+            what = f"cell `{cell.id}` has the rule `expect`, but {file.name} has no `expect`"
+            raise SuiteError(what, "write one in the scenario, or give the cell another rule")
         genome = np.zeros(len(space))
         held = {name: value for name, value in cell.params.items() if not isinstance(value, str)}
         for name in (*held, *cell.search):

@@ -211,6 +211,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("seconds", "do BEHAVIOR for 5 seconds", "A bare number as a time."),
         ("steps", "do BEHAVIOR for 100 steps", "A bare number as steps of the simulation, or cells of a domain."),
         ("at start", "domain NAME VALUE at start in CELLS", "The value that the scene has."),
+        ("at first sight", "domain NAME VALUE at first sight in CELLS", "The value when the ego first sees an object."),
         ("at contact", "domain NAME VALUE at contact in CELLS", "The value at the ego's first contact."),
         ("at end", "domain NAME VALUE at end in CELLS", "The value at the last sample."),
     ),

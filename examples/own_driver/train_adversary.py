@@ -42,8 +42,8 @@ def scenario() -> cx.Scenario:
     """The crossing, with the adversary driven from outside as well."""
     text = (HERE / "crossing.scn").read_text(encoding="utf-8")
     text = text.replace(
-        "FollowTrajectoryBehavior(target_speed=ADV_SPEED, trajectory=crossing)",
-        'ExternalBehavior(trajectory=crossing, actions="speed", every=0.1 s)',
+        "FollowTrajectoryBehavior(target_speed=ADV_SPEED, trajectory=across)",
+        'ExternalBehavior(trajectory=across, actions="speed", every=0.1 s)',
     )
     return cx.compile_text(text, name="duel.scn")
 

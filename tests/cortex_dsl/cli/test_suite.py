@@ -453,6 +453,20 @@ def test_a_param_that_no_cell_holds_and_that_excludes_the_nominal_test_is_named(
         run_suite(str(tmp_path), "EmergencyBrakeBehavior", only=["car M1"], budget=2)
 
 
+def test_the_rule_expect_needs_a_scenario_with_one(cortexc: Run, home: Path) -> None:
+    """Without it every run would pass; the message names the cell and the file."""
+    assert cortexc("suite", "un-r157", "--copy", "mine").code == Exit.FINE
+    file = home / "mine" / "following.scn"
+    words = ("suite", "mine", "--ego", "EmergencyBrakeBehavior", "--budget", "2", "--only", "following gap/10")
+    assert cortexc(*words).code in {Exit.FINE, Exit.BROKEN_LIMIT}
+    kept = [line for line in file.read_text().splitlines() if not line.startswith("expect")]
+    file.write_text("\n".join(kept) + "\n")
+    result = cortexc(*words)
+    assert result.code == Exit.USAGE
+    assert "cell `following gap/10` has the rule `expect`, but following.scn has no `expect`" in result.err
+    assert "help:" in result.err
+
+
 def test_the_list_names_every_suite(cortexc: Run) -> None:
     """With cells, those that can be run, and the edition."""
     result = cortexc("suite", "list", "--json")
