@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.judging import compiling, read_by, usage_errors
+from cortex_dsl.cli.judging import compiling, judged_exit, print_results, read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option, driver_words, excluded_by
 from cortex_dsl.console.request import SEED_LIMIT, whole_number
-from cortex_dsl.console.terminal import Exit, Terminal, gravest
+from cortex_dsl.console.terminal import Exit, Terminal
 
 if TYPE_CHECKING:
     from cortex_dsl.api.comparing import ComparisonPlan
@@ -84,7 +84,6 @@ def _plan(options: argparse.Namespace) -> "ComparisonPlan":
 def _show(report: "ComparisonReport", options: argparse.Namespace, terminal: Terminal) -> None:
     from cortex_dsl.report.findings.comparison_report import comparison_content
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
-    from cortex_dsl.report.terminal.render import rendered
     from cortex_dsl.report.views.comparison import comparison_view
 
     if options.json:
@@ -95,23 +94,17 @@ def _show(report: "ComparisonReport", options: argparse.Namespace, terminal: Ter
     for file in report.files:
         if file.source is not None:
             print_diagnostics(file.source, file.diagnostics, terminal.err)
-    view = comparison_view(report)
-    terminal.out.print(rendered(view, terminal.out.width, ascii_only=terminal.out.options.ascii_only))
-    if options.out is not None:
-        terminal.out.print(f"results: {options.out}", style="quiet", soft_wrap=True)
+    print_results(comparison_view(report), options.out, terminal)
 
 
 def _exit_code(report: "ComparisonReport") -> Exit:
-    """Return the gravest exit code that applies; a comparison that was interrupted has no verdict."""
-    if report.interrupted:
-        return Exit.INTERRUPTED
     applies = {
         Exit.USAGE: any(file.refusal for file in report.files),
         Exit.DIAGNOSTICS: any(file.error is not None for file in report.files),
         Exit.BROKEN_LIMIT: report.has_new_failures,
         Exit.NO_SCENE: any(file.no_scene for file in report.files),
     }
-    return gravest(code for code, holds in applies.items() if holds)
+    return judged_exit(applies, interrupted=report.interrupted)
 
 
 # -- the command -------------------------------------------------------------------------------------------------------

@@ -1,15 +1,18 @@
-"""Parts of the commands that judge files, `test` and `compare`: values of options, outputs, and the progress."""
+"""Parts of the commands that judge drivers, `test`, `compare` and `suite`: values of options, outputs, progress, and
+exit codes.
+"""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.console.terminal import Terminal, UsageError
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError, gravest
 from cortex_dsl.console.user_files import check_writable
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
+    from cortex_dsl.report.blocks import Title
     from cortex_dsl.report.terminal.gate_view import GateProgress
 
 
@@ -66,6 +69,20 @@ def check_output(path: Path | None) -> None:
     if not path.parent.is_dir():
         raise UsageError(f"cannot write `{path}`: there is no folder `{path.parent}`", "make it, or name another one")
     check_writable(path)
+
+
+def print_results(view: "Title", out: Path | None, terminal: Terminal) -> None:
+    """Print a view, and the folder of the results if there is one."""
+    from cortex_dsl.report.terminal.render import rendered
+
+    terminal.out.print(rendered(view, terminal.out.width, ascii_only=terminal.out.options.ascii_only))
+    if out is not None:
+        terminal.out.print(f"results: {out}", style="quiet", soft_wrap=True)
+
+
+def judged_exit(applies: Mapping[Exit, object], *, interrupted: bool) -> Exit:
+    """Return the gravest exit code that applies; what was interrupted has no verdict."""
+    return Exit.INTERRUPTED if interrupted else gravest(code for code, holds in applies.items() if holds)
 
 
 def compiling(progress: "GateProgress", terminal: Terminal) -> "Callable[[Scenario], None]":

@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.cli.judging import check_output, compiling, read_by, usage_errors
+from cortex_dsl.cli.judging import check_output, compiling, judged_exit, print_results, read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import whole_number
-from cortex_dsl.console.terminal import Exit, Terminal, UsageError, gravest
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, write_output
 
 if TYPE_CHECKING:
@@ -187,7 +187,6 @@ def _write(report: "SuiteReport", options: argparse.Namespace) -> None:
 
 def _show_end(report: "SuiteReport", options: argparse.Namespace, terminal: Terminal) -> None:
     from cortex_dsl.report.findings.suite_report import suite_content
-    from cortex_dsl.report.terminal.render import rendered
     from cortex_dsl.report.views.suite import suite_view
 
     if options.json:
@@ -195,22 +194,16 @@ def _show_end(report: "SuiteReport", options: argparse.Namespace, terminal: Term
         terminal.diagnostics.extend(each for group in content["groups"] for each in group["diagnostics"])
         terminal.document("suite", content)
         return
-    ascii_only = terminal.out.options.ascii_only
-    terminal.out.print(rendered(suite_view(report), terminal.out.width, ascii_only=ascii_only))
-    if options.out is not None:
-        terminal.out.print(f"results: {options.out}", style="quiet", soft_wrap=True)
+    print_results(suite_view(report), options.out, terminal)
 
 
 def _exit_code(report: "SuiteReport") -> Exit:
-    """Return the gravest exit code that applies; a suite that was interrupted has no verdict."""
-    if report.not_done:
-        return Exit.INTERRUPTED
     applies = {
         Exit.USAGE: any(group.refusal for group in report.groups),
         Exit.DIAGNOSTICS: any(group.error is not None for group in report.groups),
         Exit.BROKEN_LIMIT: report.has_failure,
     }
-    return gravest(code for code, holds in applies.items() if holds)
+    return judged_exit(applies, interrupted=bool(report.not_done))
 
 
 _MISSING = ("no suite given", "`cortexc suite list` lists them")

@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.cli.judging import check_output, compiling, read_by, usage_errors
+from cortex_dsl.cli.judging import check_output, compiling, judged_exit, read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, JOBS, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import whole_number
-from cortex_dsl.console.terminal import Exit, Terminal, UsageError, gravest
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import write_output
 
 if TYPE_CHECKING:
@@ -181,16 +181,13 @@ def _write_baseline(baseline: "Baseline") -> None:
 
 
 def _exit_code(report: "GateReport") -> Exit:
-    """Return the gravest exit code that applies; a test that was interrupted has no verdict."""
-    if report.not_run:
-        return Exit.INTERRUPTED
     applies = {
         Exit.USAGE: report.lacks_driver,
         Exit.DIAGNOSTICS: report.has_file_errors,
         Exit.BROKEN_LIMIT: report.has_broken_limit,
         Exit.NO_SCENE: report.lacks_scene,
     }
-    return gravest(code for code, holds in applies.items() if holds)
+    return judged_exit(applies, interrupted=bool(report.not_run))
 
 
 # -- the command -------------------------------------------------------------------------------------------------------

@@ -222,6 +222,16 @@ class SurfaceKind(Enum):
     CROSSING = "crossing"
 
 
+LANE_TYPES: Mapping[SurfaceKind, tuple[str, ...]] = {
+    SurfaceKind.SIDEWALK: ("sidewalk", "walking"),
+    SurfaceKind.CURB: ("curb",),
+    SurfaceKind.SHOULDER: ("shoulder", "border"),
+    SurfaceKind.PARKING: ("parking",),
+    SurfaceKind.BIKE_LANE: ("biking",),
+}
+"""Types of lanes in OpenDRIVE by the kind of surface that is read from them; the first is written."""
+
+
 @frozen_identity
 class Surface:
     """A strip beside the lanes of one direction, along a corner, or across a road: no lane of motor vehicles."""

@@ -4,7 +4,7 @@ A file is a `testsuite`, each of its limits a `testcase`. A failure that is know
 `skipped`; a file with errors has one testcase with an `error`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from cortex_dsl.report.findings.gate_report import CURED, Check, FileResult, GateReport, Status
@@ -17,31 +17,13 @@ REPLACEMENT = "\ufffd"
 
 def junit_text(report: GateReport) -> str:
     """Return the document."""
-    suites = [_suite(report, file) for file in report.files]
-    root = Element("testsuites", name="cortexc test", time=f"{report.seconds:.3f}")
-    for name in ("tests", "failures", "errors"):
-        root.set(name, str(sum(int(suite.get(name, "0")) for suite in suites)))
-    root.extend(suites)
-    indent(root)
-    return "<?xml version='1.0' encoding='utf-8'?>\n" + tostring(root, encoding="unicode") + "\n"
+    return junit_document("cortexc test", report.seconds, [_suite(report, file) for file in report.files])
 
 
 def _suite(report: GateReport, file: FileResult) -> Element:
-    suite = Element("testsuite", name=xml_text(file.path))
-    properties = SubElement(suite, "properties")
-    for name, value in _properties(report, file):
-        SubElement(properties, "property", name=name, value=xml_text(value))
-    cases = [_trouble(file)] if file.trouble else [_case(report, file, check) for check in file.checks]
-    share = file.seconds / max(1, len(cases))
-    for case in cases:
-        case.set("time", f"{share:.3f}")
-    suite.extend(cases)
-    counts = {"failures": "failure", "errors": "error", "skipped": "skipped"}
-    suite.set("tests", str(len(cases)))
-    for name, tag in counts.items():
-        suite.set(name, str(sum(case.find(tag) is not None for case in cases)))
-    suite.set("time", f"{file.seconds:.3f}")
-    return suite
+    cases = [trouble_of(_named(file, RUNS), file.trouble)] if file.trouble else []
+    cases = cases or [_case(report, file, check) for check in file.checks]
+    return junit_suite(file.path, file.seconds, _properties(report, file), cases)
 
 
 def _properties(report: GateReport, file: FileResult) -> Iterator[tuple[str, str]]:
@@ -54,12 +36,6 @@ def _properties(report: GateReport, file: FileResult) -> Iterator[tuple[str, str
 
 def _named(file: FileResult, name: str) -> Element:
     return Element("testcase", name=xml_text(name), classname=xml_text(file.path.removesuffix(".scn")))
-
-
-def _trouble(file: FileResult) -> Element:
-    case = _named(file, RUNS)
-    SubElement(case, "error", type="error", message=xml_text(file.trouble)).text = xml_text(file.trouble)
-    return case
 
 
 def _case(report: GateReport, file: FileResult, check: Check) -> Element:
@@ -80,6 +56,41 @@ def details(check: Check) -> str:
     if check.first is None:
         return check.text
     return f"{check.first.text}\nreplay: {check.replay}"
+
+
+# -- parts of every JUnit document -------------------------------------------------------------------------------------
+
+
+def junit_document(name: str, seconds: float, suites: Sequence[Element]) -> str:
+    """Return the document of test suites that took some time [s]."""
+    root = Element("testsuites", name=xml_text(name), time=f"{seconds:.3f}")
+    for count in ("tests", "failures", "errors"):
+        root.set(count, str(sum(int(suite.get(count, "0")) for suite in suites)))
+    root.extend(suites)
+    indent(root)
+    return "<?xml version='1.0' encoding='utf-8'?>\n" + tostring(root, encoding="unicode") + "\n"
+
+
+def junit_suite(name: str, seconds: float, known: Iterable[tuple[str, str]], cases: Sequence[Element]) -> Element:
+    """Return a test suite with its properties and counts; its testcases share its time [s]."""
+    suite = Element("testsuite", name=xml_text(name))
+    properties = SubElement(suite, "properties")
+    for each, value in known:
+        SubElement(properties, "property", name=each, value=xml_text(value))
+    for case in cases:
+        case.set("time", f"{seconds / max(1, len(cases)):.3f}")
+    suite.extend(cases)
+    suite.set("tests", str(len(cases)))
+    for count, tag in {"failures": "failure", "errors": "error", "skipped": "skipped"}.items():
+        suite.set(count, str(sum(case.find(tag) is not None for case in cases)))
+    suite.set("time", f"{seconds:.3f}")
+    return suite
+
+
+def trouble_of(case: Element, trouble: str) -> Element:
+    """Return the testcase of what cannot be run, with its error."""
+    SubElement(case, "error", type="error", message=xml_text(trouble)).text = xml_text(trouble)
+    return case
 
 
 def xml_text(text: str) -> str:

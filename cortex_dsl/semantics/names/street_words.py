@@ -5,7 +5,7 @@ from typing import Any
 
 from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.syntax import nodes
-from engine.road.network import SurfaceKind
+from engine.road.network import LANE_TYPES, SurfaceKind
 
 MADE_BY: Mapping[SurfaceKind, str] = {
     SurfaceKind.SIDEWALK: "sidewalk=2 m",
@@ -17,14 +17,11 @@ MADE_BY: Mapping[SurfaceKind, str] = {
 """Arguments of a `map` line by the kind of surface that they make; every road has kerbs."""
 
 OUTSIDE: Mapping[SurfaceKind, tuple[str, ...]] = {
-    SurfaceKind.SIDEWALK: ("sidewalk", "walking"),
-    SurfaceKind.CURB: ("curb",),
-    SurfaceKind.SHOULDER: ("shoulder", "border", "parking"),
-    SurfaceKind.PARKING: ("parking",),
-    SurfaceKind.BIKE_LANE: ("biking",),
+    **LANE_TYPES,
+    SurfaceKind.SHOULDER: (*LANE_TYPES[SurfaceKind.SHOULDER], *LANE_TYPES[SurfaceKind.PARKING]),
     SurfaceKind.CROSSING: ("crosswalk",),
 }
-"""Types of lanes, and of objects, from which a kind is read in OpenDRIVE."""
+"""Types of lanes, and of objects, from which the region of a kind is read in OpenDRIVE."""
 
 _SIDEWALK: Mapping[str, Any] = {"sidewalk": 2.0}
 _NEEDS: tuple[tuple[tuple[str, ...], Mapping[str, Any]], ...] = (

@@ -7,18 +7,13 @@ from typing import NamedTuple
 from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, beside_path
 from engine.maps import RoadSpec
 from engine.road import Maneuver, Primitive
-from engine.road.network import Surface, SurfaceKind
+from engine.road.network import LANE_TYPES, Surface, SurfaceKind
 from engine.road.outline import rings_of
 from engine.road.paths import PathBook
 from engine.road.specification import crossing_depth
 from engine.road.streets import extended
 
-TYPES = {
-    SurfaceKind.SIDEWALK: "sidewalk",
-    SurfaceKind.SHOULDER: "shoulder",
-    SurfaceKind.PARKING: "parking",
-    SurfaceKind.BIKE_LANE: "biking",
-}
+TYPES = {kind: types[0] for kind, types in LANE_TYPES.items() if kind is not SurfaceKind.CURB}
 """Types of the lanes of strips beside the lanes of traffic."""
 
 

@@ -14,7 +14,7 @@ from engine.frozen import frozen
 from engine.opendrive.near_roads import OdrCrossing
 from engine.opendrive.roads import OdrRoad
 from engine.road.areas import CARRIAGEWAY
-from engine.road.network import Surface, SurfaceKind
+from engine.road.network import LANE_TYPES, Surface, SurfaceKind
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
 from engine.road.opendrive.lanes import DRIVABLE, THROUGH, Lanes, Part, Sections
 from engine.road.opendrive.surfaces import NoSurface, border, shape_of_outline, shape_of_polygon, shapely
@@ -23,15 +23,7 @@ from engine.road.regions import Shape, distance
 from engine.road.streets import KERB_STRIP, strip_along
 from engine.tables import Floats
 
-BESIDE: Mapping[str, SurfaceKind] = {
-    "sidewalk": SurfaceKind.SIDEWALK,
-    "walking": SurfaceKind.SIDEWALK,
-    "curb": SurfaceKind.CURB,
-    "shoulder": SurfaceKind.SHOULDER,
-    "border": SurfaceKind.SHOULDER,
-    "parking": SurfaceKind.PARKING,
-    "biking": SurfaceKind.BIKE_LANE,
-}
+BESIDE: Mapping[str, SurfaceKind] = {each: kind for kind, types in LANE_TYPES.items() for each in types}
 """Kinds of surfaces by the types of lanes; Scenic counts borders and parking rows as shoulders, too."""
 SHORTEST = 0.05
 """Least length of a surface [m]."""
