@@ -2,19 +2,22 @@
 
 from collections.abc import Callable
 
+import numpy as np
 import shapely
 from hypothesis import assume
 from hypothesis import strategies as st
+from shapely.geometry.base import BaseGeometry
 
-from engine.maps import LoneRoad, MapSpec, RoadSpec, Roundabout
+from engine.maps import LoneRoad, RoadSpec, Roundabout
 from engine.road.build import MAKERS, wrong_numbers
 from engine.road.regions import Shape
 
+DrawnSpec = RoadSpec | LoneRoad | Roundabout
 Widths = st.none() | st.floats(0.5, 2.5)
 
 
 @st.composite
-def streets(draw: Callable, kinds: tuple[str, ...] = ("intersection", "road", "roundabout")) -> MapSpec:
+def streets(draw: Callable, kinds: tuple[str, ...] = ("intersection", "road", "roundabout")) -> DrawnSpec:
     """Specifications that fit, with any strips and crossings."""
     sidewalk = draw(st.none() | st.floats(0.5, 5.0))
     bike, parking = draw(st.none() | st.floats(0.8, 3.0)), draw(st.none() | st.floats(1.8, 5.5))
@@ -32,7 +35,7 @@ def streets(draw: Callable, kinds: tuple[str, ...] = ("intersection", "road", "r
     kind, is_crossed = draw(st.sampled_from(kinds)), sidewalk is not None and draw(st.booleans())
     if kind == "intersection":
         ways, cols = draw(st.sampled_from([3, 4])), draw(st.integers(1, 2))
-        spec: MapSpec = RoadSpec(**strips, ways=ways, cols=cols, block=150.0, crossings=is_crossed)
+        spec: DrawnSpec = RoadSpec(**strips, ways=ways, cols=cols, block=150.0, crossings=is_crossed)
     elif kind == "roundabout":
         arms, radius = draw(st.integers(3, 5)), draw(st.floats(20.0, 60.0))
         spec = Roundabout(**strips, arms=arms, radius=radius, crossings=is_crossed)
@@ -45,7 +48,7 @@ def streets(draw: Callable, kinds: tuple[str, ...] = ("intersection", "road", "r
     return spec
 
 
-def polygon(shape: Shape) -> shapely.Geometry:
+def polygon(shape: Shape) -> BaseGeometry:
     """The area of a region by its triangles, which its boundary does not influence."""
-    tiles = shapely.polygons(shape.triangles.reshape(-1, 3, 2))
+    tiles = np.asarray(shapely.polygons(shape.triangles.reshape(-1, 3, 2)))
     return shapely.union_all(tiles[shapely.area(tiles) > 1e-9])

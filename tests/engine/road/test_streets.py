@@ -22,7 +22,7 @@ from engine.road.opendrive.network import file_network, map_file
 from engine.road.outline import outline
 from engine.road.regions import distance
 from engine.tables import ROAD_REGION
-from tests.engine.road.streets import polygon, streets
+from tests.engine.road.streets import DrawnSpec, polygon, streets
 from tests.laws import examples
 from tests.schemas import findings
 
@@ -36,7 +36,7 @@ def of_kind(network: Network, *kinds: SurfaceKind) -> list[Surface]:
     return [each for each in network.surfaces if each.kind in kinds]
 
 
-def boxes(rows: np.ndarray) -> list[shapely.Geometry]:
+def boxes(rows: np.ndarray) -> list[shapely.Polygon]:
     """Rectangles of x, y, heading, length and width."""
     corners = np.array([[0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]])
     found = []
@@ -93,7 +93,7 @@ def test_a_specification_comes_back_from_its_content(spec: MapSpec) -> None:
 
 @few
 @given(streets(), st.floats(0.0, 1.0))
-def test_parked_cars_keep_clear(spec: MapSpec, share: float) -> None:
+def test_parked_cars_keep_clear(spec: DrawnSpec, share: float) -> None:
     """Of lanes, sidewalks, bicycle lanes, crossings and one another; fewer are a part of more."""
     if spec.parking is None:
         return

@@ -32,7 +32,7 @@ def of_kind(found: Network, kind: SurfaceKind) -> list[Surface]:
 def test_each_type_is_the_element_of_its_name(tmp_path: Path, kind: str, side: int) -> None:
     """With its place, its area, and a centre line along the traffic beside it."""
     here = [lane(side), of_type(2 * side, kind)]
-    sections = section(**{"left" if side > 0 else "right": here})
+    sections = section(left=here) if side > 0 else section(right=here)
     found = network(written(tmp_path, road("1", sections)))
     (surface,) = of_kind(found, KINDS[kind])
     start, end = surface.ends_at
