@@ -72,5 +72,5 @@ def trajectory(
         outlines=outlines(program, rows.values[row]),
         contact_sample=samples - 1 if touched else -1,
         watched=run.watched[:samples].copy(),
-        heights=heights_of(shared.road, run.states[:samples]),
+        heights=heights_of(shared.road, shared.kinds, run.states[:samples]),
     )

@@ -378,12 +378,15 @@ def outlines(program: Program, values: Floats) -> Floats:
     return np.ascontiguousarray(actor_columns(program, values)[:, [Column.LENGTH, Column.WIDTH]])
 
 
-def heights_of(road: RoadTables, states: Floats) -> Floats | None:
-    """Return (samples, actors) heights of the road [m] at the actors of a record; None on a road without bridges."""
+def heights_of(road: RoadTables, kinds: Ints, states: Floats) -> Floats | None:
+    """Return (samples, actors) heights of the road [m] at the actors of a record; None on a road without bridges.
+
+    `kinds` (actors,) `ActorKind`
+    """
     if not len(road.heights):
         return None
     heights = np.zeros(states.shape[:2])
-    trace_heights(road, states, len(states), heights)
+    trace_heights(road, kinds, states, len(states), heights)
     return heights
 
 

@@ -146,6 +146,31 @@ def test_overlap_at_the_start_counts_on_one_level(tmp_path: Path) -> None:
         assert scenario.sample(1, seed=1).valid[0] == valid
 
 
+BELOW = """
+map opendrive("map.xodr")
+ego = new Car following roadDirection from network.lanes[0].centerline[0] for 20 m, with speed 10 m/s,
+    with behavior FollowLaneBehavior(10 m/s)
+other = new {kind} ahead of ego by {gap} m, facing {heading} deg, with regionContainedIn None
+terminate after 8 s
+"""
+
+
+@pytest.mark.parametrize("kind", ["Pedestrian", "Obstacle"])
+@pytest.mark.parametrize("heading", [0, 45, 90, -90, 180])
+def test_who_stands_below_a_bridge_is_on_the_level_of_the_ego(tmp_path: Path, kind: str, heading: int) -> None:
+    """Whatever it faces, contact is that of a crossing in one plane: across the road below is along the bridge."""
+    for gap in range(15, 36, 4):
+        ends = list[float]()
+        for height in (0.0, 8.0):
+            (tmp_path / "map.xodr").write_text(crossing(height))
+            (tmp_path / "scene.scn").write_text(BELOW.format(kind=kind, gap=gap, heading=heading))
+            scenario = load(tmp_path / "scene.scn")
+            outcomes = scenario.simulate(scenario.sample(1, seed=1))
+            assert outcomes.collided[0]
+            ends.append(float(outcomes.end_time[0]))
+        assert ends[0] == ends[1]
+
+
 def test_a_flat_map_has_no_heights() -> None:
     """Without bridges nothing is stored, so that programs and digests are those of a plane."""
     program = compile_text("ego = new Car on road").program

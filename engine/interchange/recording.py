@@ -157,7 +157,8 @@ class Recording:
     @cached_property
     def heights(self) -> Floats | None:
         """Return (samples, actors) heights of the road at all actors [m]; None on a road without bridges."""
-        return road_heights(self.road, self.states)
+        kinds = np.array([int(actor.kind) for actor in self.actors], dtype=np.int32)
+        return road_heights(self.road, kinds, self.states)
 
     @property
     def there(self) -> NDArray[np.bool_]:

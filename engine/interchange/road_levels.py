@@ -5,10 +5,10 @@ import numpy as np
 from engine.errors import InterchangeError
 from engine.maps import MapFile, MapSpec, digest_of
 from engine.opendrive.roads import OdrNetwork
-from engine.tables import Floats
+from engine.tables import Floats, Ints
 
 
-def road_heights(road: MapSpec | None, states: Floats) -> Floats | None:
+def road_heights(road: MapSpec | None, kinds: Ints, states: Floats) -> Floats | None:
     """Return (samples, actors) heights of the road at all actors of a record [m]; None on a road without bridges."""
     if not isinstance(road, MapFile):
         return None
@@ -16,7 +16,7 @@ def road_heights(road: MapSpec | None, states: Floats) -> Floats | None:
     from engine.road import build_network, road_tables
 
     try:
-        return heights_of(plain(road_tables(build_network(road))), np.ascontiguousarray(states))
+        return heights_of(plain(road_tables(build_network(road))), kinds, np.ascontiguousarray(states))
     except InterchangeError:
         return None
 

@@ -200,7 +200,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
         out.failed[row, layout.reasons] += 1
         return False
     out.tested[row, layout.reasons + 1] += 1
-    if overlap(recipe.road, code.overlap_check, values):
+    if overlap(recipe.road, code.overlap_check, code.actor_kind, values):
         out.failed[row, layout.reasons + 1] += 1
         return False
     out.verdict[row] = Verdict.VALID
@@ -294,4 +294,4 @@ def _evaluate_scene(recipe: Recipe, template: int, row: int, registers: Floats, 
         return
     reasons = recipe.layout.reasons
     out.holds[row, reasons] = 1 if inside_road(recipe.road, code.road_check, values) else 0
-    out.holds[row, reasons + 1] = 0 if overlap(recipe.road, code.overlap_check, values) else 1
+    out.holds[row, reasons + 1] = 0 if overlap(recipe.road, code.overlap_check, code.actor_kind, values) else 1

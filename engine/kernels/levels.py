@@ -2,8 +2,9 @@
 
 A road with bridges has a table of heights: points along the centres of all lanes, with height and slope. The height of
 an actor is continuous: at each sample it is that of the nearest point whose height is near that of the sample before.
-So an actor keeps the level of its road, through links and up ramps. It begins on the lane that it faces along
-(`nearest_lane`). On a road without bridges there is no table, and all heights are 0. Slopes have no effect on motion.
+So an actor keeps the level of its road, through links and up ramps. A vehicle begins on the lane that it faces along
+(`nearest_lane`). Whatever else stands where the ego's level is too may face anywhere: it begins on that level. On a
+road without bridges there is no table, and all heights are 0. Slopes have no effect on motion.
 """
 
 import math
@@ -11,11 +12,17 @@ import math
 from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.run_state import HOSTED, Memory, Plan, Run, Status
-from engine.tables import Floats, RoadTables
-from engine.vocabulary import LEVEL, State
+from engine.tables import Floats, Ints, RoadTables
+from engine.vocabulary import LEVEL, ActorKind, State
 
 SAME_SURFACE = 0.5 * LEVEL
 """Largest change of an actor's height in a step [m]: a point farther from its height belongs to another surface."""
+BESIDE = 5.0
+"""Largest distance from the centre of a lane [m] at which someone on foot is on its level; *ours*: half a wide lane, a
+kerb and a sidewalk.
+"""
+VEHICLE = int(ActorKind.CAR)
+"""Kind by which the ego enters the scene, whatever it is."""
 HEIGHT_X, HEIGHT_Y, HEIGHT, SLOPE_X, SLOPE_Y, LANE = range(6)
 """Columns of `RoadTables.heights`."""
 FRAME_X, FRAME_Y, SIDE, COLUMNS, ROWS = range(5)
@@ -23,16 +30,18 @@ FRAME_X, FRAME_Y, SIDE, COLUMNS, ROWS = range(5)
 
 
 @kernel
-def height_near(road: RoadTables, x: float, y: float, before: float, lane: int) -> float:
+def height_near(
+    road: RoadTables, x: float, y: float, before: float, lane: int, within: float, otherwise: float
+) -> float:
     """Return the height of the road at a place [m], near the height `before`; or (`lane` >= 0) that of a lane.
 
-    `before` if there is no such road within a cell of the place, as beside the road.
+    `otherwise` if no point of such a road is nearer than `within` [m] and in a cell next to the place.
     """
     side = road.height_frame[SIDE]
     columns, rows = int(road.height_frame[COLUMNS]), int(road.height_frame[ROWS])
     column = math.floor((x - road.height_frame[FRAME_X]) / side)
     row = math.floor((y - road.height_frame[FRAME_Y]) / side)
-    least, height = math.inf, before
+    least, height = within * within, otherwise
     for across in range(max(row - 1, 0), min(row + 2, rows)):
         for along in range(max(column - 1, 0), min(column + 2, columns)):
             cell = across * columns + along
@@ -47,16 +56,26 @@ def height_near(road: RoadTables, x: float, y: float, before: float, lane: int) 
 
 
 @kernel
-def first_height(road: RoadTables, x: float, y: float, heading: float) -> float:
-    """Return the height at which an actor enters the scene [m]: that of the lane that it faces along."""
-    return height_near(road, x, y, 0.0, lane_nearest(road, x, y, heading))
+def next_height(road: RoadTables, x: float, y: float, before: float) -> float:
+    """Return the height of an actor [m] by that of the sample before; the same one beside the road."""
+    return height_near(road, x, y, before, -1, math.inf, before)
+
+
+@kernel
+def first_height(road: RoadTables, kind: int, x: float, y: float, heading: float, ego: float) -> float:
+    """Return the height at which an actor of a kind enters the scene [m], where the ego's height is `ego`."""
+    along = height_near(road, x, y, 0.0, lane_nearest(road, x, y, heading), math.inf, 0.0)
+    if kind != ActorKind.PEDESTRIAN and kind != ActorKind.OBSTACLE:
+        return along
+    return height_near(road, x, y, ego, -1, BESIDE, along)
 
 
 @deferred()
 def enter_level(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Store the height of an actor that enters the scene."""
-    pose = run.states[sample, actor]
-    run.actors[actor, Memory.HEIGHT] = first_height(plan.road, pose[State.X], pose[State.Y], pose[State.HEADING])
+    pose, kind = run.states[sample, actor], int(plan.kinds[actor]) if actor > 0 else VEHICLE
+    x, y, heading, ego = pose[State.X], pose[State.Y], pose[State.HEADING], run.actors[0, Memory.HEIGHT]
+    run.actors[actor, Memory.HEIGHT] = first_height(plan.road, kind, x, y, heading, ego)
 
 
 @deferred()
@@ -66,11 +85,11 @@ def keep_levels(plan: Plan, run: Run, sample: int) -> None:
         pose = run.states[sample, actor]
         if pose[State.PRESENT] != 0.0 and run.actors[actor, Memory.FREE] != HOSTED:
             before = run.actors[actor, Memory.HEIGHT]
-            run.actors[actor, Memory.HEIGHT] = height_near(plan.road, pose[State.X], pose[State.Y], before, -1)
+            run.actors[actor, Memory.HEIGHT] = next_height(plan.road, pose[State.X], pose[State.Y], before)
 
 
 @kernel
-def trace_heights(road: RoadTables, states: Floats, samples: int, heights: Floats) -> None:
+def trace_heights(road: RoadTables, kinds: Ints, states: Floats, samples: int, heights: Floats) -> None:
     """Write the heights of all actors [m] at the first samples of a record; those of absent actors are undefined."""
     for actor in range(states.shape[1]):
         present = False
@@ -80,16 +99,18 @@ def trace_heights(road: RoadTables, states: Floats, samples: int, heights: Float
                 present = False
                 continue
             if present:
-                heights[k, actor] = height_near(road, pose[State.X], pose[State.Y], heights[k - 1, actor], -1)
+                heights[k, actor] = next_height(road, pose[State.X], pose[State.Y], heights[k - 1, actor])
             else:
-                heights[k, actor] = first_height(road, pose[State.X], pose[State.Y], pose[State.HEADING])
+                kind, ego = int(kinds[actor]) if actor > 0 else VEHICLE, heights[k, 0] if actor > 0 else 0.0
+                x, y, heading = pose[State.X], pose[State.Y], pose[State.HEADING]
+                heights[k, actor] = first_height(road, kind, x, y, heading, ego)
             present = True
 
 
 @deferred()
 def trace_levels(plan: Plan, run: Run, samples: int) -> None:
     """Write the heights at the first samples of a run into `Run.heights`, for `recall_levels` and `follow_levels`."""
-    trace_heights(plan.road, run.states, samples, run.heights)
+    trace_heights(plan.road, plan.kinds, run.states, samples, run.heights)
 
 
 @deferred()
@@ -104,7 +125,7 @@ def follow_levels(plan: Plan, run: Run, sample: int) -> None:
     """Set the heights of the others to those of a sample of `trace_levels`, that of the ego by the sample before."""
     pose, before = run.states[sample, 0], run.actors[0, Memory.HEIGHT]
     recall_levels(plan, run, sample)
-    run.actors[0, Memory.HEIGHT] = height_near(plan.road, pose[State.X], pose[State.Y], before, -1)
+    run.actors[0, Memory.HEIGHT] = next_height(plan.road, pose[State.X], pose[State.Y], before)
 
 
 @deferred()
@@ -120,7 +141,7 @@ def look_back(plan: Plan, run: Run, sample: int, seen: int) -> None:
         for back in range(sample - seen if run.actors[actor, Memory.FREE] != HOSTED else 0):
             pose = run.states[sample - 1 - back, actor]
             if pose[State.PRESENT] != 0.0:
-                height = height_near(plan.road, pose[State.X], pose[State.Y], height, -1)
+                height = next_height(plan.road, pose[State.X], pose[State.Y], height)
         run.actors[actor, Memory.HEIGHT] = height
 
 
@@ -166,7 +187,7 @@ def hide_levels(states: Floats, samples: int, heights: Floats, touched: int, con
 @deferred()
 def measure_on_levels(plan: Plan, run: Run, samples: int) -> None:
     """Prepare the record of a run for measures of pairs on one level; `restore_levels` reverts it."""
-    trace_heights(plan.road, run.states, samples, run.heights)
+    trace_heights(plan.road, plan.kinds, run.states, samples, run.heights)
     touched = int(run.status[Status.CONTACT_OTHER])
     hide_levels(run.states, samples, run.heights, touched, int(run.status[Status.SAMPLE]) - 1)
     for actor in range(len(plan.kinds)):

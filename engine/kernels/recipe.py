@@ -13,7 +13,7 @@ import numpy as np
 from engine.handles import handle
 from engine.kernels.geometry import Box, box_distance, building
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.levels import first_height
+from engine.kernels.levels import VEHICLE, first_height
 from engine.kernels.random_numbers import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
 from engine.kernels.region import region_contains_box
 from engine.tables import ROAD_REGION, CodeTables, Floats, Ints, RoadTables
@@ -204,7 +204,7 @@ def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 
 @kernel
-def overlap(road: RoadTables, checked: Ints, values: Floats) -> bool:
+def overlap(road: RoadTables, checked: Ints, kinds: Ints, values: Floats) -> bool:
     """Return True if two actors of the same group (0: no group) touch on one level, or an actor of any group touches a
     building.
     """
@@ -214,16 +214,23 @@ def overlap(road: RoadTables, checked: Ints, values: Floats) -> bool:
         for other in range(one):
             both = checked[one] != 0 and checked[one] == checked[other]
             touch = both and box_distance(_outline(values, one), _outline(values, other)) == 0.0
-            if touch and (len(road.heights) == 0 or _are_level(road, _outline(values, one), _outline(values, other))):
+            if touch and (len(road.heights) == 0 or _are_level(road, kinds, values, one, other)):
                 return True
     return False
 
 
 @kernel
-def _are_level(road: RoadTables, one: Box, other: Box) -> bool:
-    """Return True if two outlines enter the scene on one level."""
-    first = first_height(road, one.x, one.y, one.heading)
-    return abs(first - first_height(road, other.x, other.y, other.heading)) < LEVEL
+def _are_level(road: RoadTables, kinds: Ints, values: Floats, one: int, other: int) -> bool:
+    """Return True if two actors enter the scene on one level."""
+    box = _outline(values, 0)
+    ego = first_height(road, VEHICLE, box.x, box.y, box.heading, 0.0)
+    return abs(_height(road, kinds, values, one, ego) - _height(road, kinds, values, other, ego)) < LEVEL
+
+
+@kernel
+def _height(road: RoadTables, kinds: Ints, values: Floats, actor: int, ego: float) -> float:
+    box = _outline(values, actor)
+    return ego if actor == 0 else first_height(road, int(kinds[actor]), box.x, box.y, box.heading, ego)
 
 
 @inlined

@@ -397,7 +397,7 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
         outlines=outlines(program, host.scenes.values[0]),
         contact_sample=last,
         watched=host.memory.watched[:scored_samples].copy(),
-        heights=heights_of(host.plan.road, host.memory.states[:samples]),
+        heights=heights_of(host.plan.road, host.plan.kinds, host.memory.states[:samples]),
     )
     events = timeline(scored, trajectory, impacts, rest)
     return WorldRun(scored, trajectory, impacts, events, recorded(program, trajectory), touching)

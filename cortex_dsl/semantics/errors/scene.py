@@ -212,7 +212,8 @@ MAP_LEVELS = note(
     "map `{file}`: {message}",
     "actors whose roads are {level:g} m or more apart in height neither see, obstruct nor strike one another; slopes "
     "have no effect, and a bridge hides nothing",
-    "give an actor the heading of its road: where roads overlap, it begins on the one that it faces along",
+    "give a vehicle the heading of its road: where roads overlap, it begins on the one that it faces along, and a "
+    "person or an obstacle on that of the ego",
 )
 MAP_UNREAD = note(
     "SCN466",
