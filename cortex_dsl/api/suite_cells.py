@@ -247,13 +247,16 @@ class GroupRuns:
         impact = np.where(contact, ego + IMPACTS[self.group.impact] * other, np.nan)
         reduction = genomes[:, self.space.names.index("SPEED")] - ego if "SPEED" in self.space.names else -ego
         speed = float(cell.params.get("SPEED", 0.0))
+        left = ~np.isnan(outcomes.left_road_time[:, 0])
         if cell.rule is Rule.EXPECT:
             colour = np.where((outcomes.broken == 1.0).any(axis=1), RED, 0)
         else:
             colour = colours(cell.rule, speed, contact, np.nan_to_num(impact), np.nan_to_num(reduction), cell.limit)
+            colour = np.where(left, RED, colour)  # whoever leaves the road has not stopped for the target
 
         def event(row: int) -> str:
-            return end_numbers(side.program, outcomes, row)[0]
+            text = end_numbers(side.program, outcomes, row)[0]
+            return f"{outcomes.left_road_time[row, 0]:.2f} s: left the road; {text}" if left[row] else text
 
         return _Judged(done.scenes, genomes, outcomes.verdict == Verdict.VALID, contact, impact, colour, event)
 

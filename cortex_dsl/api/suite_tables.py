@@ -211,7 +211,11 @@ def _choice(names: Sequence[str]) -> _Kind:
     return _Kind(" or ".join(filter(None, [", ".join(names[:-1]), names[-1]])), lambda value: value in (*names,))
 
 
-_TEXT, _NUMBER = _Kind("a text", _is_text), _Kind("a number", _is_number)
+def _is_limit(value: object) -> bool:
+    return _is_number(value) and float(value) >= 0.0  # type: ignore[arg-type]
+
+
+_TEXT, _LIMIT = _Kind("a text", _is_text), _Kind("a number from 0 on", _is_limit)
 _TEXTS = _Kind("a list of texts", _list_of(_is_text))
 _TABLES = _Kind("a list of at least one table", _list_of(lambda value: isinstance(value, dict), 1))
 _VALUES = _Kind(
@@ -224,7 +228,7 @@ _ROW = {
     "range": _choice((STANDARD, EXTENDED)),
     "rule": _choice(tuple(Rule)),
     "hold": _Kind("a table of numbers and texts", _table_of(_is_value)),
-    "limit": _NUMBER,
+    "limit": _LIMIT,
     "search": _Kind(
         "a table of ranges, as in `{ SPEED = [10, 80] }`",
         _table_of(lambda value: _list_of(_is_number, 2)(value) and len(value) == 2),
@@ -317,8 +321,8 @@ def _cells(keys: _Keys, group: Mapping[str, Any], part: Mapping[str, Any], first
         if missing:
             raise keys.mistake(f"has cells without `{missing[0]}`, which their id needs")
         limit = params.pop("LIMIT", given["limit"] or 0.0)
-        if not _is_number(limit):
-            raise keys.mistake(f": `LIMIT` is {limit!r}; expected a number")
+        if not _LIMIT.holds(limit):
+            raise keys.mistake(f": `LIMIT` is {limit!r}; expected {_LIMIT.text}")
         _check_speed(keys, rule, params, search)
         yield Cell(
             id="/".join([group["name"], *(f"{params[name]}" for name in group["id"])]),

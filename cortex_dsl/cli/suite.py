@@ -34,7 +34,7 @@ examples:
 
 exit codes: 4 a cell fails, or the driver fails in it; 2 an unknown suite, a
 pattern without a match, no driver, or one that does not fit; 1 a scenario of a
-copied suite has errors; 0 every cell that is run passes"""
+copied suite has errors; 3 no cell can be run; 0 every cell that is run passes"""
 LIST = "list"
 PAGE, DOCUMENT, TABLE = "report.html", "suite.json", "cells.csv"
 
@@ -202,6 +202,7 @@ def _exit_code(report: "SuiteReport") -> Exit:
         Exit.USAGE: any(group.refusal for group in report.groups),
         Exit.DIAGNOSTICS: any(group.error is not None for group in report.groups),
         Exit.BROKEN_LIMIT: report.has_failure,
+        Exit.NO_SCENE: not report.has_verdicts,
     }
     return judged_exit(applies, interrupted=bool(report.not_done))
 

@@ -158,6 +158,11 @@ class SuiteReport:
         return not (self.has_failure or any(group.trouble for group in self.groups))
 
     @property
+    def has_verdicts(self) -> bool:
+        """Return True if a cell was run."""
+        return any(cell.outcome is not Outcome.NOT_RUN for cell in self.cells)
+
+    @property
     def has_failure(self) -> bool:
         return any(cell.outcome in (Outcome.FAIL, Outcome.ERROR) for cell in self.cells)
 

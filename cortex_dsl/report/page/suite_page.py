@@ -12,6 +12,7 @@ LIMITS = (
     "A cell that is not run has no verdict and counts as red in the points.",
     "Cells marked (?) have values that were not read in the document.",
     "The probability of a failure is that of deviations that are uniform within the tolerances of the document.",
+    "A driver that brakes without a cause passes: tests of false activation are not among the cells that are run.",
     "The least deviation is the least one that a search found; there may be lesser ones.",
     "A result holds for this driver, these scenarios and this simulator; it is no official rating.",
 )

@@ -186,6 +186,9 @@ def brakes_or_dies_at_40(observations):
     dies_at_40(observations)
     return brakes(observations)
 
+def steers(observations):
+    return np.tile([0.0, 0.0, 0.5], (len(observations), 1))
+
 coasting = False
 
 def coasts_at_times(observations):
@@ -363,6 +366,22 @@ def test_cells_that_cannot_be_represented_are_listed_and_never_pass(cortexc: Run
     assert "19 cells: 1 pass, 18 not run" in result.out
 
 
+def test_a_suite_of_which_no_cell_runs_is_no_success(cortexc: Run, home: Path) -> None:
+    assert cortexc("suite", "euroncap-2026", "--ego", "EmergencyBrakeBehavior", "--only", "CPNCO night").code == (
+        Exit.NO_SCENE
+    )
+
+
+def test_a_driver_that_leaves_the_road_fails(cortexc: Run, home: Path) -> None:
+    """It has no contact, and has not stopped for the target either."""
+    words = ("suite", "euroncap-2026", "--ego", "python:suite_drivers:steers", "--only", "CCRs/40/50", "--budget", "2")
+    result = cortexc(*words, "--json")
+    (cell,) = result.document["groups"][0]["cells"]
+    assert result.code == Exit.BROKEN_LIMIT
+    assert (cell["outcome"], cell["contact"]) == ("fail", False)
+    assert "left the road" in cell["event"]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -426,6 +445,8 @@ def test_a_copy_can_be_changed(cortexc: Run, home: Path) -> None:
         ('rule = "limit"', 'rule = "limits"', "`rule` is 'limits'; expected"),
         ('status = "verified"', 'status = "sure"', "`status` is 'sure'; expected"),
         ('impact = "relative"', 'impact = "both"', "`impact` is 'both'; expected"),
+        ('impact = "relative"', 'impact = "relative"\nlimit = -5', "`limit` is -5; expected"),
+        ('impact = "relative"', 'impact = "relative"\nlimit = inf', "`limit` is inf; expected"),
         ('id = ["LOAD", "SPEED"]', 'id = ["LOAD", "SPED"]', "without `SPED`"),
         ('id = ["LOAD", "SPEED"]', 'id = ["LOAD"]', "two cells are called"),
         ("[[groups]]", "[[group]", "is not valid TOML"),
