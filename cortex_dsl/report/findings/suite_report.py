@@ -203,6 +203,7 @@ def suite_content(report: SuiteReport) -> dict[str, Any]:
         "counts": {each.name.lower(): report.count(each) for each in Outcome},
         "points": report.points,
         "broken_entry_conditions": list(report.entry),
+        "not_done": report.not_done,
         "groups": [_group_content(group) for group in report.groups],
     }
 
