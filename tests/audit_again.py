@@ -70,7 +70,8 @@ def sequence(count: int, draws: int) -> tuple[float, float]:
         """Return where the mixture exceeds; the limit of a rate where it never does."""
         if outside == share or capital(outside) < 0.0:
             return limit
-        return float(brentq(capital, *sorted((outside, share)), xtol=1e-16, rtol=1e-15))
+        low, high = sorted((outside, share))
+        return float(brentq(capital, low, high, xtol=1e-16, rtol=1e-15))
 
     return end(least, 0.0), end(most, 1.0)
 

@@ -149,6 +149,9 @@ def _cautions(found: Document, *, interrupted: object, timed: object) -> Iterato
         yield "The command was interrupted: the numbers are those of what was done."
     if timed:
         yield "The number of runs depends on the machine: the same command may give other counts."
+    yield from (
+        f"{remark[0].upper()}{remark[1:]}." for remark in found.content.get("remarks", []) if found.kind == SUITE
+    )
     if found.version != VERSION:
         yield f"The results are those of cortexc {found.version}; this page is by {VERSION}."
 
