@@ -46,8 +46,11 @@ RUNS = 200
 """Runs of a cell by default."""
 EGO_SPEED = "EGO_SPEED"
 """Name of the speed of the ego in the scenarios of a suite, in which a behavior can be named without arguments."""
+EGO_PATH = "EGO_PATH"
+"""Name of the path of the ego there: its lane, or, where a scenario has a path of its own, a turn."""
 BLIND = f"ConstantSpeedBehavior({EGO_SPEED})"
-"""Ego whose run reference drivers judge."""
+BLIND_TURN = f"FollowTrajectoryBehavior({EGO_SPEED}, {EGO_PATH}, max_lateral=none)"
+"""Egos whose runs reference drivers judge, straight on and along a path."""
 FEWEST, USUAL_RATE, SHARE_OF_DRAWS = 16, 500.0, 0.7
 """Budget of time: fewest runs of a cell, runs in a second before any was measured, and share of the time for the
 runs within the tolerances; the search for the least deviation has the rest.
@@ -407,9 +410,14 @@ class GroupRuns:
         return {name: f"avoids {most:,} of {most + rest:,}" for name, most, rest in counts if most + rest}
 
 
+def has_path(file: Path) -> bool:
+    """Return True if a scenario gives the ego a path of its own, which is not a lane."""
+    return re.search(rf"^{EGO_PATH}\s*=", file.read_text(encoding="utf-8"), re.MULTILINE) is not None
+
+
 def _blind(file: Path) -> Contender | None:
     """Return an ego that keeps its speed; None if none can drive in the file."""
     try:
-        return contender(Side(BLIND, SideKind.BEHAVIOUR), file)
+        return contender(Side(BLIND_TURN if has_path(file) else BLIND, SideKind.BEHAVIOUR), file)
     except (CompileError, NotComparableError):
         return None

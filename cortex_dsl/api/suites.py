@@ -10,7 +10,7 @@ from shlex import join
 from cortex_dsl.api.contenders import NotComparableError, Side, SideKind, contender, side_of
 from cortex_dsl.api.limits import budget_of
 from cortex_dsl.api.seeded_runs import OnRuns, Prepare, check_seed
-from cortex_dsl.api.suite_cells import EGO_SPEED, RUNS, GroupRuns, SuitePlan, not_run
+from cortex_dsl.api.suite_cells import BLIND_TURN, EGO_PATH, EGO_SPEED, RUNS, GroupRuns, SuitePlan, has_path, not_run
 from cortex_dsl.api.suite_tables import Group, Suite, matches, suite_of
 from cortex_dsl.api.testing import results_of_files
 from cortex_dsl.diagnostics import CompileError
@@ -126,7 +126,7 @@ def run_group(
         return replace(result, cells=tuple(not_run(cell, cell.reason) for cell in group.cells))
     result = replace(result, file=group.file.name)
     try:
-        side = contender(_with_speed(plan.side), group.file)
+        side = contender(_with_speed(plan.side, turns=has_path(group.file)), group.file)
         if prepare is not None:
             prepare(side.scenario)
         done = GroupRuns(group, plan, side, started + seconds, on_runs).finished()
@@ -142,16 +142,26 @@ def run_group(
     return replace(result, seconds=time.monotonic() - started)
 
 
-def _with_speed(side: Side) -> Side:
-    """Return a side that is a bare name with the speed of the ego as its argument."""
+def _with_speed(side: Side, *, turns: bool) -> Side:
+    """Return a side that is a bare name with the speed of the ego as its argument, and its path where that `turns`.
+
+    Raises:
+        NotComparableError: the behavior keeps its lane where the path of the ego is another one.
+    """
     row = BUILTINS.get(side.word.strip())
-    if side.kind is not SideKind.BEHAVIOUR or row is None:
+    if side.kind is not SideKind.BEHAVIOUR:
         return side
-    names = [parameter.name for parameter in row.parameters]
-    if "behavior" in names:
-        return replace(side, word=f"{row.name}(FollowLaneBehavior({EGO_SPEED}))")
+    names = [] if row is None else [parameter.name for parameter in row.parameters]
+    if row is not None and "behavior" in names:
+        return replace(side, word=f"{row.name}({BLIND_TURN if turns else f'FollowLaneBehavior({EGO_SPEED})'})")
     speed = next((name for name in ("target_speed", "speed") if name in names), None)
-    return replace(side, word=f"{row.name}({speed}={EGO_SPEED})") if speed else side
+    if row is not None and speed is not None and (not turns or "trajectory" in names):
+        path = f", trajectory={EGO_PATH}" if turns else ""
+        return replace(side, word=f"{row.name}({speed}={EGO_SPEED}{path})")
+    if turns and EGO_PATH not in side.word:
+        message = f"the ego turns here, and `{side.word}` does not follow `{EGO_PATH}`"
+        raise NotComparableError(message, f"write its driver as `FollowTrajectoryBehavior({EGO_SPEED}, {EGO_PATH})`")
+    return side
 
 
 def suite_files(suite: Suite) -> Mapping[str, Path]:

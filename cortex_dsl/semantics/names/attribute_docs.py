@@ -100,6 +100,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "centerline": "The line in the middle of the lane: places on it head along it.",
         "start": "Where it begins, heading along it.",
         "end": "Where it ends, heading along it.",
+        "poseAt": "The pose at a distance along it: `path.poseAt(5 m)`.",
         "orientation": "Its direction at every point: `lane.orientation[p]` is that at `p`.",
         "width": "Width.",
         "length": "Length.",

@@ -26,6 +26,7 @@ from engine.gates.ratings import Colour
 
 Run = Callable[..., Any]
 BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
+BLIND_ON_PATH = "FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH, max_lateral=none)"
 NEVER = "EmergencyBrakeBehavior(FollowLaneBehavior(EGO_SPEED), min_speed={})"
 """An emergency brake with a condition for a speed below which it never begins."""
 
@@ -52,7 +53,8 @@ def test_every_cell_has_a_source_and_its_scenario_compiles(name: str) -> None:
     assert suite.edition
     assert all(cell.source and cell.status in ("verified", "unverified") for cell in suite.cells)
     used = {group.file.name for group in suite.groups if group.file is not None}
-    assert used | {"lab.scn", "suite.toml"} == {path.name for path in suite.folder.iterdir()}
+    helpers = {"lab.scn", "suite.toml"} | ({"turns.scn"} if name.startswith("euroncap") else set())
+    assert used | helpers == {path.name for path in suite.folder.iterdir()}
     for group in suite.groups:
         assert (group.file is None) == all(cell.reason for cell in group.cells)
         if group.file is not None:
@@ -63,13 +65,40 @@ def expected_impact(cell: CellResult) -> float:
     """Return the impact speed of an ego that keeps its speed [km/h]."""
     speed, target = float(cell.params["SPEED"]), float(cell.params.get("TARGET_SPEED", 0.0))
     along = cell.group in ("CCRs", "CCRm", "CMRs", "CBLA")
-    return speed - target if along else speed + target if cell.group == "CCFhos" else speed
+    return speed - target if along else speed + target if cell.group.startswith("CCFho") else speed
+
+
+TURNS = ("CCFtap", "CMFtap", "CPTAfs & CPTAns", "CPTAfo & CPTAno", "CBTAfs & CBTAns", "CBTAfo & CBTAno")
+
+
+def test_an_ego_that_turns_without_a_reaction_is_hit_at_the_time_of_the_cell() -> None:
+    """After 7 s, less what the corners of outlines meet before their middles."""
+    report = run_suite("euroncap-2026", BLIND_ON_PATH, budget=1, only=[*TURNS, "CCFhol"])
+    assert [group.name for group in report.groups] == ["CCFhol", *TURNS]
+    for cell in report.cells:
+        assert cell.outcome is Outcome.FAIL, cell
+        assert cell.impact == pytest.approx(expected_impact(cell), rel=0.01), cell
+        target = float(cell.params.get("TARGET_SPEED", 0.0))
+        length = {50.0: 44.0, 70.0: 60.0, 90.0: 78.0, 100.0: 88.0}.get(target, 0.0)
+        due = 7.0 if cell.group in TURNS else (60.0 + length) / target * 3.6 + 1.5
+        assert float(cell.event.split(" s")[0]) == pytest.approx(due, abs=0.13), cell
+
+
+@pytest.mark.parametrize("name", TURNS)
+@pytest.mark.parametrize(
+    ("driver", "said"), [(BLIND, "does not follow `EGO_PATH`"), ("FollowLaneBehavior", "EGO_PATH")]
+)
+def test_a_driver_that_keeps_its_lane_has_no_result_where_the_ego_turns(name: str, driver: str, said: str) -> None:
+    """Neither green nor red: it was not in the test."""
+    report = run_suite("euroncap-2026", driver, budget=1, only=[name])
+    assert {cell.outcome for cell in report.cells} == {Outcome.NOT_RUN}
+    assert said in report.cells[0].reason
 
 
 def test_an_ego_that_keeps_its_speed_strikes_the_target_of_every_cell_at_the_nominal_speed() -> None:
     """Contact after 4 s, but for targets that brake; so every cell that is run fails."""
     report = run_suite("euroncap-2026", BLIND, budget=1)
-    run = [cell for cell in report.cells if cell.outcome is not Outcome.NOT_RUN]
+    run = [cell for cell in report.cells if cell.outcome is not Outcome.NOT_RUN and cell.group != "CCFhol"]
     assert len(run) == 631
     for cell in run:
         assert cell.outcome is Outcome.FAIL, cell
