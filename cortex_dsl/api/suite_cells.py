@@ -20,7 +20,7 @@ from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.api.contenders import Contender, NotComparableError, Side, SideKind, contender
 from cortex_dsl.api.limits import MOST_RUNS, Budget, budget_of
 from cortex_dsl.api.seeded_runs import KMH, OnRuns, check_mistake, drive, end_numbers, touched
-from cortex_dsl.api.suite_tables import IMPACTS, Cell, Group, SuiteError
+from cortex_dsl.api.suite_tables import IMPACTS, WARNING, Cell, Group, SuiteError
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.suite_report import (
@@ -30,6 +30,7 @@ from cortex_dsl.report.findings.suite_report import (
     Outcome,
     SearchedRange,
 )
+from engine.control import NO_WARNINGS
 from engine.errors import ControllerError
 from engine.gates.ranges import largest_ranges, spread
 from engine.gates.ratings import COLOURS, RED, Rule, colours
@@ -46,6 +47,7 @@ RUNS = 200
 """Runs of a cell by default."""
 EGO_SPEED = "EGO_SPEED"
 """Name of the speed of the ego in the scenarios of a suite, in which a behavior can be named without arguments."""
+NO_WARNING = "the driver gives no warning, after which a person brakes"
 EGO_PATH = "EGO_PATH"
 """Name of the path of the ego there: its lane, or, where a scenario has a path of its own, a turn."""
 BLIND = f"ConstantSpeedBehavior({EGO_SPEED})"
@@ -131,6 +133,9 @@ class GroupRuns:
             SuiteError: a cell does not fit the scenario.
         """
         genomes = [self._nominal(cell) for cell in self.group.cells]
+        if self.group.needs == WARNING and self.side.driver is not None and not self._warns(genomes[0]):
+            cells_without = tuple(not_run(cell, NO_WARNING) for cell in self.group.cells)
+            return GroupResult(self.group.name, cells_without, self.group.points)
         cells = list[CellResult]()
         for number, (cell, genome) in enumerate(zip(self.group.cells, genomes, strict=True)):
             cells.append(self._cell(cell, genome))
@@ -138,6 +143,15 @@ class GroupRuns:
             if self.on_runs is not None:
                 self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
         return GroupResult(self.group.name, tuple(cells), self.group.points, runs=self.runs, files=self.files)
+
+    def _warns(self, genome: Floats) -> bool:
+        """Return True if the driver tells whether it warns, as its first run shows."""
+        cell = self.group.cells[0]
+        try:
+            actions = self._run(cell, genome[np.newaxis]).scenes.actions
+        except ControllerError:
+            return True  # its cells say how it fails
+        return not bool((actions[:, :, -1] == NO_WARNINGS).all())
 
     def _nominal(self, cell: Cell) -> Floats:
         """Return (d,) the genome of the nominal test.
@@ -255,7 +269,7 @@ class GroupRuns:
             colour = np.where((outcomes.broken == 1.0).any(axis=1), RED, 0)
         else:
             colour = colours(cell.rule, speed, contact, np.nan_to_num(impact), np.nan_to_num(reduction), cell.limit)
-            colour = np.where(left, RED, colour)  # whoever leaves the road has not stopped for the target
+        colour = np.where(left, RED, colour)  # whoever leaves the road has not stopped for the target
 
         def event(row: int) -> str:
             text = end_numbers(side.program, outcomes, row)[0]

@@ -1,6 +1,7 @@
 """Runs of a suite: all groups of its table, in its order. Prints nothing."""
 
 import math
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -10,8 +11,18 @@ from shlex import join
 from cortex_dsl.api.contenders import NotComparableError, Side, SideKind, contender, side_of
 from cortex_dsl.api.limits import budget_of
 from cortex_dsl.api.seeded_runs import OnRuns, Prepare, check_seed
-from cortex_dsl.api.suite_cells import BLIND_TURN, EGO_PATH, EGO_SPEED, RUNS, GroupRuns, SuitePlan, has_path, not_run
-from cortex_dsl.api.suite_tables import Group, Suite, matches, suite_of
+from cortex_dsl.api.suite_cells import (
+    BLIND_TURN,
+    EGO_PATH,
+    EGO_SPEED,
+    NO_WARNING,
+    RUNS,
+    GroupRuns,
+    SuitePlan,
+    has_path,
+    not_run,
+)
+from cortex_dsl.api.suite_tables import LIGHT, WARNING, Group, Suite, matches, suite_of
 from cortex_dsl.api.testing import results_of_files
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.findings.suite_report import GroupResult, Outcome, SuiteReport
@@ -21,6 +32,11 @@ from engine.errors import ControllerError
 from engine.gates.ratings import Colour
 from engine.vocabulary import RECORDS
 
+LACKING = {
+    WARNING: ("warning_ttc", NO_WARNING),
+    LIGHT: ("LIGHT", "darkness: the driver does not state by `LIGHT` how its sensor depends on light"),
+}
+"""Word by which a behavior says that it has what cells need, and the reason where it does not."""
 OnGroup = Callable[[GroupResult], None]
 
 
@@ -125,6 +141,8 @@ def run_group(
     if group.file is None:
         return replace(result, cells=tuple(not_run(cell, cell.reason) for cell in group.cells))
     result = replace(result, file=group.file.name)
+    if reason := _lacking(group, plan.side):
+        return replace(result, cells=tuple(not_run(cell, reason) for cell in group.cells))
     try:
         side = contender(_with_speed(plan.side, turns=has_path(group.file)), group.file)
         if prepare is not None:
@@ -140,6 +158,14 @@ def run_group(
         found = tuple(not_run(cell, reason) for cell in group.cells)
         result = replace(result, cells=found, refusal=reason)
     return replace(result, seconds=time.monotonic() - started)
+
+
+def _lacking(group: Group, side: Side) -> str:
+    """Return why a driver lacks what the cells of a group need; "" if it has it, or only a run shows that."""
+    if not group.needs or (side.kind is SideKind.DRIVER and group.needs == WARNING):
+        return ""
+    word, reason = LACKING[group.needs]
+    return "" if side.kind is SideKind.BEHAVIOUR and re.search(rf"\b{word}\b", side.word) else reason
 
 
 def _with_speed(side: Side, *, turns: bool) -> Side:

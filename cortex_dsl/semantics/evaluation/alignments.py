@@ -159,11 +159,7 @@ def _pose(ev: Evaluator, path: Alignment, s: Term) -> Pose:
 
 def _pose_at(ev: Evaluator, path: Alignment) -> Closure:
     def at(distance: Value) -> Value:
-        what, span = "the distance along the path", ev.algebra.span
-        s = in_range(
-            ev, adopt(ev, distance, LENGTH, span, what), Domain(what, LENGTH, -LONGEST_PATH, LONGEST_PATH), span
-        )
-        return _pose(ev, path, s)
+        return _pose(ev, path, adopt(ev, distance, LENGTH, ev.algebra.span, "the distance along the path"))
 
     return Closure(("distance",), at)
 

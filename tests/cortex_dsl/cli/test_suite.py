@@ -95,6 +95,48 @@ def test_a_driver_that_keeps_its_lane_has_no_result_where_the_ego_turns(name: st
     assert said in report.cells[0].reason
 
 
+WARNS = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH), warning_ttc={} s)"
+SEES = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH), range={})"
+
+
+@pytest.mark.parametrize(
+    ("suite", "group"),
+    [("euroncap-2026", "CCRs FCW"), ("euroncap-2026", "CMRs FCW"), ("fmvss-127", "slower lead with manual brake")],
+)
+def test_a_person_brakes_only_where_the_driver_warns(suite: str, group: str) -> None:
+    """A brake that never acts, and a person after its warning: avoided; without a warning there is no result."""
+    only = [f"{group}*"]
+    person = WARNS.replace("warning_ttc", "max_speed=0 m/s, warning_ttc").format(8)
+    warned = run_suite(suite, person, budget=4, only=only)
+    assert {cell.outcome for cell in warned.cells} == {Outcome.PASS}
+    late = run_suite(suite, person.replace("=8 s", "=0.4 s"), budget=4, only=only)
+    assert {cell.outcome for cell in late.cells} == {Outcome.FAIL}
+    for driver in ("EmergencyBrakeBehavior", "FollowLaneBehavior"):
+        silent = run_suite(suite, driver, budget=4, only=only)
+        assert {cell.reason for cell in silent.cells} == {suite_cells.NO_WARNING}
+
+
+def test_a_warning_in_time_is_as_good_as_no_contact() -> None:
+    """In rows at 70 and 80 km/h: from a time to collision of 1.7 s on."""
+    only = ["CPLA day/[78]0/25", "CBLA/[78]0/25"]
+    for ttc, outcome in ((1.8, Outcome.PASS), (1.6, Outcome.FAIL)):
+        driver = WARNS.replace("warning_ttc", "max_speed=0 m/s, warning_ttc").format(ttc)
+        assert {cell.outcome for cell in run_suite("euroncap-2026", driver, budget=1, only=only).cells} == {outcome}
+
+
+def test_a_night_is_run_with_the_sensor_that_the_driver_states() -> None:
+    """A sensor that sees as far as by day has the results of the day; a blind one those of an ego without a brake."""
+    for name in ("CPNA", "CPLA", "CPNCO", "CPFA"):
+        same = run_suite("euroncap-2026", SEES.format("150 m + 0 m * LIGHT"), budget=1, only=[f"{name} *"])
+        day, night = same.groups
+        assert [cell.colour for cell in day.cells] == [cell.colour for cell in night.cells]
+        blind = run_suite("euroncap-2026", SEES.format("0.1 m if LIGHT < 10 else 150 m"), budget=1, only=[f"{name} *"])
+        assert [cell.colour for cell in blind.groups[0].cells] == [cell.colour for cell in day.cells]
+        assert {cell.outcome for cell in blind.groups[1].cells} == {Outcome.FAIL}
+        unsaid = run_suite("euroncap-2026", SEES.format("150 m"), budget=1, only=[f"{name} night"])
+        assert {cell.outcome for cell in unsaid.cells} == {Outcome.NOT_RUN}
+
+
 def test_an_ego_that_keeps_its_speed_strikes_the_target_of_every_cell_at_the_nominal_speed() -> None:
     """Contact after 4 s, but for targets that brake; so every cell that is run fails."""
     report = run_suite("euroncap-2026", BLIND, budget=1)
