@@ -162,6 +162,10 @@ def run_group(
 
 def _lacking(group: Group, side: Side) -> str:
     """Return why a driver lacks what the cells of a group need; "" if it has it, or only a run shows that."""
+    if group.file is not None and has_path(group.file) and side.kind is SideKind.BEHAVIOUR:
+        word = _with_speed(side, turns=True).word
+        if EGO_PATH not in word:
+            return f"the ego turns here, and `{word}` does not follow `{EGO_PATH}`"
     if not group.needs or (side.kind is SideKind.DRIVER and group.needs == WARNING):
         return ""
     word, reason = LACKING[group.needs]
@@ -169,11 +173,7 @@ def _lacking(group: Group, side: Side) -> str:
 
 
 def _with_speed(side: Side, *, turns: bool) -> Side:
-    """Return a side that is a bare name with the speed of the ego as its argument, and its path where that `turns`.
-
-    Raises:
-        NotComparableError: the behavior keeps its lane where the path of the ego is another one.
-    """
+    """Return a side that is a bare name with the speed of the ego as its argument, and its path where that `turns`."""
     row = BUILTINS.get(side.word.strip())
     if side.kind is not SideKind.BEHAVIOUR:
         return side
@@ -184,9 +184,6 @@ def _with_speed(side: Side, *, turns: bool) -> Side:
     if row is not None and speed is not None and (not turns or "trajectory" in names):
         path = f", trajectory={EGO_PATH}" if turns else ""
         return replace(side, word=f"{row.name}({speed}={EGO_SPEED}{path})")
-    if turns and EGO_PATH not in side.word:
-        message = f"the ego turns here, and `{side.word}` does not follow `{EGO_PATH}`"
-        raise NotComparableError(message, f"write its driver as `FollowTrajectoryBehavior({EGO_SPEED}, {EGO_PATH})`")
     return side
 
 

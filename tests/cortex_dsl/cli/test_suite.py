@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -557,6 +558,58 @@ def test_the_rule_expect_needs_a_scenario_with_one(cortexc: Run, home: Path) -> 
     assert result.code == Exit.USAGE
     assert "cell `following gap/10` has the rule `expect`, but following.scn has no `expect`" in result.err
     assert "help:" in result.err
+
+
+def test_a_workbook_needs_its_package_and_a_folder(
+    cortexc: Run, home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before any cell is run."""
+    words = ("suite", "euroncap-2026", "--ego", "EmergencyBrakeBehavior", "--workbook", str(tmp_path / "t.xlsx"))
+    assert cortexc(*words).code == Exit.USAGE
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    result = cortexc(*words, "--out", str(tmp_path / "out"))
+    assert result.code == Exit.USAGE
+    assert "the package `openpyxl`, which is not installed" in result.err
+    assert "[workbook]" in result.err
+
+
+class Sheet:
+    """A sheet of a workbook in memory, as openpyxl has them."""
+
+    def __init__(self, rows: list[tuple[str, str]]) -> None:
+        self.rows = rows
+
+    def iter_rows(self, **_: object) -> list[tuple[str, str]]:
+        """Return the rows."""
+        return self.rows
+
+
+class Book(dict[str, Sheet]):
+    """A workbook in memory."""
+
+    @property
+    def sheetnames(self) -> list[str]:
+        return list(self)
+
+
+@pytest.mark.parametrize(
+    ("version", "said"),
+    [("4.1.0", "of version 4.1.0; the colours of version 5.4.9 are known"), (None, "no template of the rating")],
+)
+def test_a_workbook_of_another_version_is_refused(
+    cortexc: Run, home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: str | None, said: str
+) -> None:
+    """By the version that its generator wrote, before any cell is run."""
+    sheets = {} if version is None else {"Version": Sheet([("Template version", version)])}
+    fake = SimpleNamespace(load_workbook=lambda _: Book(sheets))
+    fake.utils = SimpleNamespace(exceptions=SimpleNamespace(InvalidFileException=KeyError))
+    monkeypatch.setitem(sys.modules, "openpyxl", fake)
+    result = cortexc(
+        "suite", "un-r152", "--ego", "EmergencyBrakeBehavior", "--workbook", "t.xlsx", "--out", str(tmp_path / "out")
+    )
+    assert result.code == Exit.USAGE
+    assert said in " ".join(result.err.split())
+    assert "generate-template" in result.err
 
 
 def test_the_list_names_every_suite(cortexc: Run) -> None:
