@@ -39,7 +39,7 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def judge(template: Path) -> Judge:
-    """Return a function that asks the calculator for the points of colourings of its template, or of another workbook."""
+    """Return a function that asks the calculator for the points of colourings, of its template or another workbook."""
     assert PROGRAM is not None
     python = Path(PROGRAM).parent / "python"
 

@@ -1,8 +1,7 @@
 """The result of `cortexc suite` in the workbook of the rating calculator of Euro NCAP: a colour for each cell.
 
 The workbook is a template of that program (`euroncap_rating_2026 crash_avoidance generate-template`), made by the user.
-Its layout is that of version 5.4.9: the name of a scenario heads each matrix, its second row has the columns. openpyxl is
-the extra `workbook`.
+Its layout is that of version 5.4.9: the name of a scenario heads each matrix, its second row has the columns.
 """
 
 import io
