@@ -317,6 +317,8 @@ class Actor:
     span: Span
     present: bool = True
     """Whether it takes part from the start; else a `Spawn` brings it in."""
+    level: tuple[int, ...] = ()
+    """Lanes on whose level it begins; () where its heading decides."""
 
 
 @frozen

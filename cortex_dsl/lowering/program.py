@@ -46,6 +46,9 @@ def lower(scenario: ir.Scenario) -> Program:
     space = _param_space(scenario.genes, scenario.system)
     code, tables, step_offsets = code_tables(scenario, grouping, codes, rejections)
     road = road_tables(scenario.network)
+    if any(actor.level for actor in example.actors):
+        levels = [(number, lane) for number, actor in enumerate(example.actors) for lane in actor.level]
+        road = road._replace(first_lanes=ints(levels).reshape(-1, 2))
     judged = Judged(tuple(map(_objective, scenario.objectives)), tuple(map(_reading, scenario.readings)), tables)
     return Program(
         name=scenario.name,

@@ -212,8 +212,14 @@ MAP_LEVELS = note(
     "map `{file}`: {message}",
     "actors whose roads are {level:g} m or more apart in height neither see, obstruct nor strike one another; slopes "
     "have no effect, and a bridge hides nothing",
-    "give a vehicle the heading of its road: where roads overlap, it begins on the one that it faces along, and a "
-    "person or an obstacle on that of the ego",
+    "where roads overlap, say on which one an object begins, as in `with level network.roads[0]`, or give a vehicle "
+    "the heading of its road",
+)
+LOWER_LEVEL = note(
+    "SCN467",
+    "`{name}` begins on `{lower}`, {height:.1f} m below `{upper}`",
+    "of several roads over one point the lowest is taken",
+    'name the other one, as in `with level "{upper}"`',
 )
 MAP_UNREAD = note(
     "SCN466",
