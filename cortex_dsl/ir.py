@@ -411,6 +411,8 @@ class Record:
     """Rule (kind WATCH) whose value is stored."""
     dimension: Dimension
     line: int
+    during: int = -1
+    """Rule (kind WATCH) that is true in the samples that count; -1: all do."""
 
 
 @frozen

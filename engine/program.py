@@ -92,6 +92,8 @@ class Record:
     """The rule of kind WATCH."""
     unit: str
     line: int
+    during: int = -1
+    """The rule of kind WATCH that is true in the samples that count; -1: all do."""
 
 
 @frozen

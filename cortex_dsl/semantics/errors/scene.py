@@ -194,13 +194,19 @@ NO_SINGLE_INTERSECTION = Problem(
 NO_MAP_FILE = Problem(
     "SCN438",
     "there is no file `{file}` beside this one",
-    "`map opendrive` reads the roads of an OpenDRIVE file",
+    "`map {kind}` reads the roads of {format} file",
     "put the file there, or give its path relative to this file",
 )
 BAD_MAP_FILE = Problem(
     "SCN439",
     "the roads of `{file}` cannot be read: {message}",
     cure="{cure}",
+)
+BAD_ORIGIN = Problem(
+    "SCN468",
+    "`origin` is latitude and longitude in degrees, but this is {actual}",
+    "(0, 0) of the scenario lies there; a map has coordinates up to 80 degrees north and south",
+    'as in `map lanelet2("town.osm", origin=(49.0, 8.4))`',
 )
 MAP_REMARK = note(
     "SCN449",

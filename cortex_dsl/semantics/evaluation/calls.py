@@ -50,7 +50,7 @@ from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind
 from cortex_dsl.semantics.names.properties import Domain
 from cortex_dsl.semantics.quantities.algebra import Term, atan2, hypot, where, wrapped
 from cortex_dsl.semantics.quantities.bounds import closed_value, is_dynamic
-from cortex_dsl.semantics.quantities.units import ANGLE, PURE
+from cortex_dsl.semantics.quantities.units import ANGLE, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import ActorKind, Command
@@ -177,7 +177,8 @@ def _velocity_action(ev: Evaluator, row: Builtin, bound: Mapping[str, Given], sp
     if (actor := ev.moment.actor) is None:
         raise ONLY_WHILE_RUNNING.mistake(span, what="the object")
     x, y = (number_for(ev, parameter, bound[parameter.name]) for parameter in row.parameters[:2])
-    if (up := bound.get("zVel")) is not None and closed_value(number_for(ev, row.parameters[2], up)) != 0.0:
+    up = bound.get("zVel")
+    if up is not None and closed_value(numbers.adopt(ev, up.value, SPEED, up.span, "a vertical speed")) != 0.0:
         cure = "write 0, or leave it out: heights are not simulated"
         raise OUT_OF_RANGE.mistake(up.span, what="a vertical speed", actual="another", expected="0 m/s", cure=cure)
     heading, speed = geometry.current_pose(ev, actor).heading, hypot(x, y)

@@ -219,7 +219,7 @@ _ROWS = (
             "Set the velocity, x to the east and y to the north: that of a vehicle along its heading.",
             (Parameter("xVel", SPEED, low=-TOP_SPEED, high=TOP_SPEED),
              Parameter("yVel", SPEED, low=-TOP_SPEED, high=TOP_SPEED),
-             Parameter("zVel", SPEED, "0 m/s", low=-TOP_SPEED, high=TOP_SPEED)), command=Command.SPEED),
+             Parameter("zVel", default="0 m/s")), command=Command.SPEED),
     # -- library behaviours
     _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
                Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT, _OFFSET),

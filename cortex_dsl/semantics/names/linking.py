@@ -165,7 +165,7 @@ CHANCE = {
 
 
 def _of_chance(node: nodes.Import | nodes.ImportFrom, module: nodes.Module) -> str:
-    """Return what is written instead of the functions of chance that a file takes from an import."""
+    """Return the distributions that replace the functions of chance of a file with such an import."""
     used = [each.name for each in node.names] if isinstance(node, nodes.ImportFrom) else []
     used += [each.name for each in everything_in(module) if isinstance(each, nodes.Attribute)]
     found = dict.fromkeys(name for name in used if name in CHANCE)
