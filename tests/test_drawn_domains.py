@@ -258,7 +258,8 @@ def file(end: End, form: str, line: str = "", given: str = "0") -> str:
         texts["line"] += f"\nbehavior Walking(given):\n    take {name}({form})"
         texts["walk"] = f", with behavior Walking({given})"
     elif place == "action":
-        texts["action"] = f"{name}({form})"
+        others = [p.name for p in BUILTINS[name].parameters if p.default is None and p.name != domain.name]
+        texts["action"] = f"{name}({', '.join([f'{domain.name}={form}', *(f'{each}=0' for each in others)])})"
     elif place == "function":
         needed = [p.name for p in BUILTINS[name].parameters if p.default is None and p.name != domain.name]
         known = ", ".join(f"{each}={GIVEN[each]}" for each in needed)

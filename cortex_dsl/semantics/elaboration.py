@@ -326,12 +326,18 @@ def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequen
     for span, possible_there in file.scene.places.items():
         if not possible_there:
             file.findings.add(EMPTY_REGION.at(span, text=file.facts.source.words(span)))
-    objects = [[(a.name, a.kind) for a in draft.variant.actors] for draft in possible]
+    objects = [[(a.name + _on_level(file, a), a.kind) for a in draft.variant.actors] for draft in possible]
     for draft, here in zip(possible, objects, strict=True):
         if here != objects[0]:
             names = [", ".join(name for name, _ in each) for each in (objects[0], here)]
             file.findings.add(DIFFERENT_OBJECTS.at(draft.span, here=names[0], there=names[1]))
             return
+
+
+def _on_level(file: FileContext, actor: ir.Actor) -> str:
+    """Return on which level an object begins, in words; "" where its heading decides."""
+    network = _network_of_file(file) if actor.level else None
+    return f" on the level of `{network.lanes[actor.level[0]].name}`" if network else ""
 
 
 Key = tuple[int, str, int]

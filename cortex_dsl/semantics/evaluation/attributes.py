@@ -258,6 +258,7 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
 _VECTOR: dict[str, Callable[[Evaluator, Vector], Value]] = {
     "x": lambda _, point: Quantity(point.x, None if isinstance(point, Coordinates) else LENGTH),
     "y": lambda _, point: Quantity(point.y, None if isinstance(point, Coordinates) else LENGTH),
+    "z": lambda ev, _: Quantity(ev.algebra.literal(0.0), LENGTH),
     "position": lambda _, point: point,
 }
 
@@ -389,6 +390,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return ev.usable(ev.run.params[name])
     if isinstance(value, Area) and (found := regions.attribute(ev, value, name)) is not None:
         return found
+    if name == "containsRegion" and (region := lanes.region_of(value)) is not None:
+        return Closure(("other",), lambda other: regions.contains_rectangle(ev, region.id, other))
     if isinstance(value, LaneNow):
         return lanes.of_lane_now(ev, value, name, span)
     if isinstance(value, GroupNow):

@@ -207,6 +207,8 @@ class ActionCall:
     command: Command
     value: Term
     name: str
+    fits: Term | None = None
+    """Condition without which the run is aborted."""
 
 
 @frozen

@@ -231,6 +231,11 @@ _ROWS = (
             Parameter("heading", ANGLE), Command.STEER),
     _action("SetWalkingSpeedAction", "Set the speed of a pedestrian, who keeps it.",
             Parameter("speed", SPEED, low=0.0, high=TOP_SPEED), Command.SPEED),
+    Builtin("SetVelocityAction", Kind.ACTION,
+            "Set the velocity, x to the east and y to the north: that of a vehicle along its heading.",
+            (Parameter("xVel", SPEED, low=-TOP_SPEED, high=TOP_SPEED),
+             Parameter("yVel", SPEED, low=-TOP_SPEED, high=TOP_SPEED),
+             Parameter("zVel", default="0 m/s")), command=Command.SPEED),
     # -- library behaviours
     _behaviour("FollowTrajectoryBehavior", "Follow connected lanes, or a `Path`, to its end, slower in turns.",
                _SPEED, Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT, _OFFSET),

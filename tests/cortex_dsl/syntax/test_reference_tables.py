@@ -229,7 +229,7 @@ def object_attributes() -> Rows:
     objects = [name for name in every if name != "speed"]
     objects += [*relations.EDGES, *attributes._OF_ACTOR]
     regions_ = regions.attribute_names
-    places = (*attributes._POSE, "visibleRegion")
+    places = (*attributes._POSE, "z", "visibleRegion")
     return attribute_rows({"place": places, "object": (*attributes._POSE, *objects), "own region": regions_})
 
 
