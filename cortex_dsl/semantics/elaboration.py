@@ -41,7 +41,14 @@ from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import ChoicePlan, FileContext, FileFacts, MapFinder, RunSettings, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides, with_outside_params
 from cortex_dsl.semantics.names.scope import check_names
-from cortex_dsl.semantics.names.tree import attributes_read, attributes_set, everything_in, param_entries, system_params
+from cortex_dsl.semantics.names.tree import (
+    attributes_read,
+    attributes_set,
+    everything_in,
+    param_entries,
+    reads_warnings,
+    system_params,
+)
 from cortex_dsl.semantics.quantities.units import si_word
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
@@ -122,6 +129,7 @@ def _elaborated(
         default_signals=map_with_lights(whole),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
         attributes_read=attributes_read(whole),
+        reads_warnings=reads_warnings(whole),
         attributes_set=attributes_set(whole),
         domains=domains,
     )
@@ -318,12 +326,18 @@ def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequen
     for span, possible_there in file.scene.places.items():
         if not possible_there:
             file.findings.add(EMPTY_REGION.at(span, text=file.facts.source.words(span)))
-    objects = [[(a.name, a.kind) for a in draft.variant.actors] for draft in possible]
+    objects = [[(a.name + _on_level(file, a), a.kind) for a in draft.variant.actors] for draft in possible]
     for draft, here in zip(possible, objects, strict=True):
         if here != objects[0]:
             names = [", ".join(name for name, _ in each) for each in (objects[0], here)]
             file.findings.add(DIFFERENT_OBJECTS.at(draft.span, here=names[0], there=names[1]))
             return
+
+
+def _on_level(file: FileContext, actor: ir.Actor) -> str:
+    """Return on which level an object begins, in words; "" where its heading decides."""
+    network = _network_of_file(file) if actor.level else None
+    return f" on the level of `{network.lanes[actor.level[0]].name}`" if network else ""
 
 
 Key = tuple[int, str, int]

@@ -125,6 +125,7 @@ FLAGS: Mapping[str, str] = {
     "allowCollisions": "Whether it may overlap others at the start.",
     "regionContainedIn": "`None`: it may start off the road.",
     "requireVisible": "Whether the ego must see it at the start.",
+    "level": "The road on whose level it begins, where roads pass over one another.",
 }
 """Properties that are not numbers."""
 
