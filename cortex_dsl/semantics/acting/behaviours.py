@@ -20,6 +20,7 @@ from cortex_dsl.semantics.acting import (
     profiles,
     replaying,
     safety_models,
+    walking,
 )
 from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
@@ -72,6 +73,8 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "DriveAvoidingCollisions": caution.drive_avoiding,
     "CrossingBehavior": caution.cross,
     "WalkForwardBehavior": caution.walk_forward,
+    "WalkAlongBehavior": walking.walk_along,
+    "UseCrossingBehavior": walking.use_crossing,
     "ConstantSpeedBehavior": following.constant_speed,
     "ConstantThrottleBehavior": following.constant_throttle,
     "BrakeBehavior": following.brake,

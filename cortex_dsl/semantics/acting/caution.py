@@ -18,7 +18,9 @@ import math
 from itertools import accumulate
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.acting.crossings import goes_first, setback
 from cortex_dsl.semantics.acting.following import follow_lane
+from cortex_dsl.semantics.acting.foreseeing import LINE, Sight, can_stop, foreseen
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.errors.runs import NO_INTERSECTION
 from cortex_dsl.semantics.evaluation.arguments import Given
@@ -79,6 +81,12 @@ def accept_gap(job: Job) -> ir.Block:
     for entry, maneuver in entries:
         room = _room(job, path, entry)
         speed = job.stopping(speed, _must_wait(job, maneuver, room), room)
+    sight = Sight.of(job)
+    for other in others(job.ev, job.actor):
+        if (first := goes_first(job, other)) is not None:
+            conflict = foreseen(job, path, other, sight, job.speed(), job.ev.algebra.literal(0.0))
+            stops = first & conflict.crosses & can_stop(job, conflict)
+            speed = job.stopping(speed, stops, conflict.enter - setback(job, other) - LINE)
     return (job.follow(path, speed),)
 
 

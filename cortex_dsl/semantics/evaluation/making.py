@@ -25,13 +25,14 @@ from cortex_dsl.semantics.evaluation.attributes import property_value
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.placements import Placement
-from cortex_dsl.semantics.evaluation.ranges import within
+from cortex_dsl.semantics.evaluation.ranges import in_range, within
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.names.properties import (
     ACTOR_KINDS,
+    AGE,
     FLAGS,
     IGNORED,
     LOW,
@@ -44,7 +45,7 @@ from cortex_dsl.semantics.names.properties import (
 )
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.units import SPEED, UNITS
+from cortex_dsl.semantics.quantities.units import PURE, SPEED, UNITS
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -294,7 +295,22 @@ class ObjectBuilder:
         refuse_scenic_only(name, node.property_span, self._called)
         with self.ev.naming(name):
             value = self.ev.evaluate(node.value)
+        if name == "age" and not (
+            self._walks or self.plain or {name} & (self.ev.facts.attributes_read | {*self.defaults})
+        ):
+            reason = "only a `Pedestrian` has an age"
+            raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=self._called, name=name, suggestion=reason)
+        if name == "age" and self._walks:
+            return self._age(value, node.value.span)
         return checked(self.ev, name, self._adopted(name, value), node.value.span, may_act=self.may_act)
+
+    @property
+    def _walks(self) -> bool:
+        return self.kind is ActorKind.PEDESTRIAN
+
+    def _age(self, value: Value, span: Span) -> Value:
+        """Return the age of a person on foot."""
+        return Quantity(in_range(self.ev, numbers.adopt(self.ev, value, PURE, span, "`age`"), AGE, span), PURE)
 
     @property
     def _called(self) -> str:
@@ -329,6 +345,8 @@ class ObjectBuilder:
         owner, default = self.defaults[name]
         with self.ev.naming(name):
             value = self._evaluator(owner).evaluate(default.value)
+        if name == "age" and self._walks:
+            return self._age(value, default.value.span)
         return checked(self.ev, name, value, default.value.span, may_act=self.may_act)
 
     def _evaluator(self, owner: ClassValue) -> Evaluator:

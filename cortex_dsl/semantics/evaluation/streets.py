@@ -151,7 +151,7 @@ def element_at(network: Network, x: float, y: float) -> Value:
     return next(inside, None) or next(map(road_of, lanes), None) or surface_at(network, (*SHOULDER, *SIDEWALK), x, y)
 
 
-def _light(crossing: Surface) -> Signal | None:
+def light_of(crossing: Surface) -> Signal | None:
     """Return the light of the people on a crossing: that of an arm with the other phase; None without one."""
     if crossing.arm is None or crossing.intersection_id is None:
         return None
@@ -185,7 +185,7 @@ OF_SURFACE: Mapping[SurfaceKind, Mapping[str, Callable[[Evaluator, Surface], Val
         "parent": lambda _, crossing: crossing.parent,
         "startSidewalk": _end(0),
         "endSidewalk": _end(1),
-        "signal": lambda _, crossing: _light(crossing),
+        "signal": lambda _, crossing: light_of(crossing),
     },
 }
 """Attributes of elements, by their kind."""

@@ -107,6 +107,9 @@ _INNER = Parameter("behavior")
 _BRAKE = "a pedal from 0 to 1; 1 brakes with the `maxBraking` of the vehicle"
 _THROTTLE = "a pedal from 0 to 1; 1 accelerates with the `maxAcceleration` of the vehicle"
 _OFFSET = Parameter("offset", LENGTH, "none", low=-WIDEST, high=WIDEST)
+_WALK = Parameter("speed", SPEED, "by `age`", low=0.0, high=TOP_SPEED, aliases=("target_speed",))
+_GROUP = Parameter("in_group", default="False")
+_YIELDS = Parameter("yields_at_crossings", default="True")
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 
@@ -227,11 +230,11 @@ _ROWS = (
                _SPEED, *_car_following("0.73 m/s^2", "1.67 m/s^2"), _LATERAL, _OBEY, _LIMIT, _OFFSET),
     _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
                _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
-               _LATERAL, _OBEY, _LIMIT, _OFFSET),
+               _LATERAL, _OBEY, _LIMIT, _OFFSET, _YIELDS),
     _behaviour("GivingWayBehavior", "Follow a lane or trajectory; stop before where ways cross until it can clear it.",
-               _SPEED, *_car_following("3 m/s^2", "3 m/s^2"), _LATERAL, _OBEY, _LIMIT, *_SIGHT, _OFFSET),
+               _SPEED, *_car_following("3 m/s^2", "3 m/s^2"), _LATERAL, _OBEY, _LIMIT, *_SIGHT, _OFFSET, _YIELDS),
     _behaviour("AutopilotBehavior", "Drive as `GivingWayBehavior` does; in Scenic it is the simulator's own driver.",
-               _SPEED, Parameter("trajectory", default="the lane it is on"), _OFFSET),
+               _SPEED, Parameter("trajectory", default="the lane it is on"), _OFFSET, _YIELDS),
     _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
                Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, _DURATION, _LIMIT, _OFFSET),
     _behaviour("LaneChoosingBehavior", "Follow a lane (IDM), or one beside it that is better (MOBIL).",
@@ -244,19 +247,20 @@ _ROWS = (
                Parameter("brake", PURE, "1", 0.0, 1.0, meaning=_BRAKE),
                Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
                Parameter("delay", TIME, "0.35 s", low=0.0), Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
-               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT, Parameter("foresees", default="True")),
+               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT, Parameter("foresees", default="True"),
+               _YIELDS),
     _behaviour("RSSBehavior", "Run another behavior; brake where responsibility-sensitive safety calls it dangerous.",
                _INNER, Parameter("response", TIME, "1 s", low=0.0),
                Parameter("leader_braking", ACCELERATION, "8 m/s^2", 0.1),
-               Parameter("least_braking", ACCELERATION, "4 m/s^2", 0.1)),
+               Parameter("least_braking", ACCELERATION, "4 m/s^2", 0.1), _YIELDS),
     _behaviour("CarefulDriverBehavior", "Run another behavior; brake as the careful human driver of UN R157.",
                _INNER, Parameter("perception", TIME, "0.4 s", low=0.0), Parameter("delay", TIME, "0.75 s", low=0.0),
-               Parameter("reference_deceleration", ACCELERATION, "0.774 * 9.81 m/s^2", 0.1)),
+               Parameter("reference_deceleration", ACCELERATION, "0.774 * 9.81 m/s^2", 0.1), _YIELDS),
     _behaviour("FuzzySafetyBehavior", "Run another behavior; brake by the fuzzy safety model of UN R157.",
                _INNER, Parameter("delay", TIME, "0.75 s", low=0.0),
                Parameter("comfortable_deceleration", ACCELERATION, "4 m/s^2", low=0.01),
                Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
-               Parameter("leader_braking", ACCELERATION, "7 m/s^2", 0.1)),
+               Parameter("leader_braking", ACCELERATION, "7 m/s^2", 0.1), _YIELDS),
     _behaviour("DriveAvoidingCollisions", "Follow the lane; brake fully while another vehicle is near.",
                Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
                Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0), _OFFSET),
@@ -264,6 +268,12 @@ _ROWS = (
                Parameter("x", PURE, low=0.0, high=1.0, meaning=_THROTTLE)),
     _behaviour("WalkForwardBehavior", "Walk straight ahead, for ever.",
                Parameter("speed", SPEED, "0.5 m/s", 0.0, TOP_SPEED)),
+    _behaviour("WalkAlongBehavior", "Walk along a sidewalk, the way one faces, to its end.",
+               Parameter("sidewalk"), _WALK, _GROUP, _OFFSET),
+    _behaviour("UseCrossingBehavior", "Walk to the kerb, wait for a gap or for green, and cross the road.",
+               Parameter("crossing"), _WALK, Parameter("gap", TIME, "its length / (1.2 m/s) + 3 s", low=0.0),
+               Parameter("on_red", PURE, "0", 0.0, 1.0, meaning="a probability of walking on red, from 0 to 1"),
+               _GROUP),
     _behaviour("CrossingBehavior", "Wait for another to come near, then cross its way as it arrives.",
                Parameter("reference_actor"), Parameter("min_speed", SPEED, "1 m/s", 0.0, TOP_SPEED),
                Parameter("threshold", LENGTH, "10 m", low=0.0),

@@ -62,6 +62,9 @@ class Domain:
     doc: str = ""
 
 
+AGE = Domain("`age`", PURE, 3.0, 110.0)
+"""Age of a person on foot in years."""
+
 ENVIRONMENT: Mapping[str, Domain] = {
     d.name: d
     for d in (
@@ -125,6 +128,7 @@ FLAGS: Mapping[str, str] = {
     "allowCollisions": "Whether it may overlap others at the start.",
     "regionContainedIn": "`None`: it may start off the road.",
     "requireVisible": "Whether the ego must see it at the start.",
+    "age": "Years of a person on foot, by which behaviors draw the walking speed.",
 }
 """Properties that are not numbers."""
 
