@@ -20,7 +20,7 @@ import cortex_dsl as cx
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.semantics.evaluation.maps import DIMENSIONS, MAP_ARGUMENTS, PLACES, TRUTHS, WHOLE
 from cortex_dsl.semantics.names.builtins import BUILTINS
-from cortex_dsl.semantics.names.properties import AGE, ENVIRONMENT, PROPERTIES, Domain
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, MEASURED, PROPERTIES, Domain
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, TIME, si_word
 from engine.outcomes import OUTCOMES
 from engine.vocabulary import ManeuverType
@@ -135,7 +135,8 @@ OTHERS: Mapping[str, tuple[Domain, str, str]] = {
         f"new Car meeting other at 0.5 after @, with speed 5 m/s, {PLACED}",
     ),
     "mutate": (Domain("the scale of `mutate`", PURE), "end", "mutate third by @"),
-    "age": (AGE, "walk", ", with age @"),
+    "age": (MEASURED["age"], "walk", ", with age @"),
+    "doorLength": (MEASURED["doorLength"], "end", f"new Car at (900, 0), {PLACED}, with doorLength @"),
     "visibleDistance of a place": (
         PROPERTIES["visibleDistance"],
         "end",
@@ -376,7 +377,7 @@ CHECKED = {
     "evaluation.arguments.number_for": "SetThrottleAction",
     "evaluation.random_values.deviation_of": "Normal",
     "evaluation.calls.scenic_steering": "share of steering",
-    "evaluation.making._age": "age",
+    "evaluation.making._measured": "age",
     "evaluation.mutation._scale": "mutate",
     "evaluation.objects._own_view": "visibleDistance of a place",
     "evaluation.regions._length": "circle",

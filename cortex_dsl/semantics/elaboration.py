@@ -41,7 +41,15 @@ from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import ChoicePlan, FileContext, FileFacts, MapFinder, RunSettings, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides, with_outside_params
 from cortex_dsl.semantics.names.scope import check_names
-from cortex_dsl.semantics.names.tree import attributes_read, attributes_set, everything_in, param_entries, system_params
+from cortex_dsl.semantics.names.tree import (
+    attributes_read,
+    attributes_set,
+    door_openers,
+    door_sides,
+    everything_in,
+    param_entries,
+    system_params,
+)
 from cortex_dsl.semantics.quantities.units import si_word
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
@@ -124,6 +132,8 @@ def _elaborated(
         attributes_read=attributes_read(whole),
         attributes_set=attributes_set(whole),
         domains=domains,
+        door_openers=door_openers(whole),
+        door_sides=door_sides(whole),
     )
     file, drafts = _drafted(module, facts, findings, observe)
     return with_advice(module, file, replace(_scenario(module, file, drafts), system=system))

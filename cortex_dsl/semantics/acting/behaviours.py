@@ -35,6 +35,7 @@ from cortex_dsl.semantics.errors.runs import (
     NOT_A_DRIVER,
     RECURSIVE,
 )
+from cortex_dsl.semantics.evaluation import doors
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
@@ -90,6 +91,8 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
     """Return all acts of an actor, including those that running scenarios assign; None without behaviour."""
+    if actor.door_of is not None:
+        return doors.motion(ev.at_moment(Moment(running=True, actor=actor)), actor)
     call = actor.properties.get("behavior")
     inliner = Inliner(ev.at_moment(Moment(running=True, actor=actor)), actor)
     block = inliner.started(call) if isinstance(call, BehaviourCall) else None

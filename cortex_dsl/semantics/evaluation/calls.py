@@ -7,6 +7,7 @@ from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import MONITOR_USED, ONLY_WHILE_RUNNING, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
 from cortex_dsl.semantics.evaluation import (
+    doors,
     driving,
     functions,
     geometry,
@@ -154,7 +155,8 @@ FUNCTIONS: Mapping[str, functions.Meaning] = {
 def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> Value:
     bound = bind_builtin(row, given, span)
     parameter = row.parameters[0]
-    assert row.command is not None
+    if row.command is None:
+        return doors.open_door(ev, bound, span)
     if row.name == "SetWalkingDirectionAction":
         return ActionCall(row.command, _turn_into(ev, bound[parameter.name], span), row.name)
     if row.command is Command.STEER and ev.facts.from_scenic:

@@ -32,20 +32,21 @@ from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity
 from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.names.properties import (
     ACTOR_KINDS,
-    AGE,
     FLAGS,
     IGNORED,
     LOW,
+    MEASURED,
     MODEL_FIELDS,
     PLACED,
     PLACES,
     PROPERTIES,
     SCENIC_ONLY,
+    Domain,
     all_properties,
 )
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.units import PURE, SPEED, UNITS
+from cortex_dsl.semantics.quantities.units import SPEED, UNITS
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -81,9 +82,16 @@ def _flag(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) 
         return _behaviour(value, span, may_act=may_act)
     if name in ("allowCollisions", "requireVisible"):
         return known_truth(ev, value, span, f"`{name}`")
+    if name in MEASURED:
+        return _measured(ev, MEASURED[name], value, span)
     if name == "name" and not isinstance(value, str):
         raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
     return value
+
+
+def _measured(ev: Evaluator, domain: Domain, value: Value, span: Span) -> Quantity:
+    number = numbers.adopt(ev, value, domain.dimension, span, domain.name)
+    return Quantity(in_range(ev, number, domain, span), domain.dimension)
 
 
 def _behaviour(value: Value, span: Span, *, may_act: bool) -> Value:
@@ -300,17 +308,13 @@ class ObjectBuilder:
         ):
             reason = "only a `Pedestrian` has an age"
             raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=self._called, name=name, suggestion=reason)
-        if name == "age" and self._walks:
-            return self._age(value, node.value.span)
+        if name == "age" and not self._walks:
+            return value
         return checked(self.ev, name, self._adopted(name, value), node.value.span, may_act=self.may_act)
 
     @property
     def _walks(self) -> bool:
         return self.kind is ActorKind.PEDESTRIAN
-
-    def _age(self, value: Value, span: Span) -> Value:
-        """Return the age of a person on foot."""
-        return Quantity(in_range(self.ev, numbers.adopt(self.ev, value, PURE, span, "`age`"), AGE, span), PURE)
 
     @property
     def _called(self) -> str:
@@ -345,8 +349,8 @@ class ObjectBuilder:
         owner, default = self.defaults[name]
         with self.ev.naming(name):
             value = self._evaluator(owner).evaluate(default.value)
-        if name == "age" and self._walks:
-            return self._age(value, default.value.span)
+        if name == "age" and not self._walks:
+            return value
         return checked(self.ev, name, value, default.value.span, may_act=self.may_act)
 
     def _evaluator(self, owner: ClassValue) -> Evaluator:

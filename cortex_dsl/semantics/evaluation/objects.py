@@ -15,6 +15,7 @@ from cortex_dsl.semantics.errors.scene import (
     TWO_PLACES,
 )
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
+from cortex_dsl.semantics.evaluation.doors import add_doors
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class
 from cortex_dsl.semantics.evaluation.mutation import mutated, record
@@ -242,6 +243,7 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: SpecifierGroups, making: O
     actor.builtin, actor.classes = making.builtin or "Object", making.classes
     _let_change(ev, actor)
     ev.run.built.actors.append(actor)
+    add_doors(ev, actor, _unique)
     _require_of(ev, actor, placed[0], node)
     for sight in found.sights:
         seen = Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen))

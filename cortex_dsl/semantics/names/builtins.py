@@ -5,6 +5,7 @@ here; `functions`, `driving`,
 `random_values`, `following`, `caution` and `giving_way` hold what the rows do.
 """
 
+import math
 from collections.abc import Mapping
 from enum import Enum
 
@@ -218,6 +219,9 @@ _ROWS = (
             Parameter("heading", ANGLE), Command.STEER),
     _action("SetWalkingSpeedAction", "Set the speed of a pedestrian, who keeps it.",
             Parameter("speed", SPEED, low=0.0, high=TOP_SPEED), Command.SPEED),
+    Builtin("OpenDoorAction", Kind.ACTION, "Open a door of a parked vehicle, which then stays open.",
+            (Parameter("side"), Parameter("angle", ANGLE, "70 deg", 0.0, math.pi / 2.0),
+             Parameter("time", TIME, "1 s", low=0.05))),
     # -- library behaviours
     _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
                Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT, _OFFSET),
