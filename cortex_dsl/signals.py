@@ -16,6 +16,13 @@ IMPORTS_OF_EXTENSIONS = (ExtensionFileLoader.create_module.__code__, ExtensionFi
 """Functions of Python that are on the stack while an extension module is imported."""
 CALLED_BY_NUMBA = ("typeof_pyval", "_numba_unpickle")
 """Functions of Python that numba's machine code calls for arguments and results of kernels."""
+CALLED_AS_OBJECTS_GO = {
+    ("importlib._bootstrap", "cb"),
+    ("_weakrefset", "_remove"),
+    ("weakref", "remove"),
+    ("weakref", "__call__"),
+}
+"""Callbacks of weak references in Python's library: of locks of imports, weak sets, dictionaries and finalizers."""
 PYMUNK = f"{os.sep}pymunk{os.sep}"
 """Part of the path of the files of pymunk."""
 
@@ -51,16 +58,22 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
     every exception there as a no: it looks an attribute up, for which the classes of enumerations have a `__getattr__`
     in Python until Python 3.11. An extension module replaces an exception during its import by an error of its own:
     numpy advises to install it anew. Machine code of numba crashes after an exception in what it calls to read and make
-    records. Pymunk prints the exceptions of its callbacks, and frees objects that were half made.
+    records. Pymunk prints the exceptions of its callbacks, and frees objects that were half made. Python prints
+    those of `__del__` and of callbacks of weak references, and goes on.
     """
     if frame is not None and str(frame.f_globals.get("__name__", "")).startswith("namedtuple_"):
         return True
     stack = []
     while frame is not None:
-        stack.append(frame.f_code)
+        stack.append((frame.f_globals.get("__name__"), frame.f_code))
         frame = frame.f_back
-    if any(code.co_name == "__getattr__" for code in stack[:2]):
+    if any(code.co_name == "__getattr__" for _, code in stack[:2]):
         return True
     return any(
-        code in IMPORTS_OF_EXTENSIONS or code.co_name in CALLED_BY_NUMBA or PYMUNK in code.co_filename for code in stack
+        code in IMPORTS_OF_EXTENSIONS
+        or code.co_name in CALLED_BY_NUMBA
+        or code.co_name == "__del__"
+        or (module, code.co_name) in CALLED_AS_OBJECTS_GO
+        or PYMUNK in code.co_filename
+        for module, code in stack
     )

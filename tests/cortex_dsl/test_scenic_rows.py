@@ -199,8 +199,10 @@ TABLES: dict[str, tuple[Row, ...]] = {
               "with a `model` line, `intersection` of a map with several is their region"),
         _same("`lane.maneuvers`, `lane.sections`, `laneToLeft`, …", "x = network.lanes[0].sections[0].laneToLeft\n"),
         _same("`network.laneAt`, `roadAt`, `laneGroupAt`, `intersectionAt`", "x = network.laneAt(ego)\n"),
-        _missing("`sidewalk`, `curb`, `shoulder`, `crossing`", "roads have only lanes",
-                 "a = new Pedestrian on sidewalk\n"),
+        _same("`sidewalk`, `curb`, `shoulder`, `network.sidewalks`, `crossings`, `laneGroup.curb`, `x.crossing`, …",
+              "a = new Pedestrian on network.laneGroups[0].curb, with regionContainedIn None\n",
+              "[streets](language/streets.md); crossings are read, which Scenic leaves empty; sidewalks and shoulders "
+              "on the side of a one-way road without lanes count, too"),
         _same("`network.elements`", 'x = network.elements["south"]\n',
               "roads and intersections by Scenic's names, lanes by their names in reports"),
         _same("`FollowLaneBehavior`, `FollowTrajectoryBehavior`, `LaneChangeBehavior`",

@@ -137,8 +137,60 @@ sys.exit(heard != 80)
 """Records are passed to kernels, and pymunk calls back, at eighty instants of simulations in the world host."""
 
 
+FREED = """
+import os, signal, sys, time, weakref
+from cortex_dsl.signals import install_handlers
+
+class Freed:
+    def __del__(self):
+        pass
+
+class Plain:
+    pass
+
+def imported():
+    import colorsys
+
+def freed():
+    Freed()
+
+def in_set():
+    weakref.WeakSet([Plain()])
+
+def in_dictionary():
+    weakref.WeakValueDictionary(a=Plain())
+
+def by_key():
+    weakref.WeakKeyDictionary({Plain(): 1})
+
+def finalized():
+    weakref.finalize(Plain(), int)
+
+def interrupt(frame, event, _argument):
+    if event == "call" and frame.f_code.co_name == name:
+        sys.setprofile(None)
+        os.kill(os.getpid(), int(sys.argv[1]))
+
+install_handlers([])
+pairs = ((imported, "cb"), (freed, "__del__"), (in_set, "_remove"), (in_dictionary, "remove"), (by_key, "remove"),
+         (finalized, "__call__"))
+heard = []
+for act, name in pairs:
+    sys.setprofile(interrupt)
+    try:
+        act()
+        time.sleep(5.0)
+    except KeyboardInterrupt:
+        heard.append(act)
+sys.exit(len(heard) != len(pairs))
+"""
+"""Objects go, and what Python calls for that is interrupted."""
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("program", [ASKED, IMPORTED, SIMULATED], ids=["operand", "import", "simulation"])
+@pytest.mark.parametrize(
+    "program", [ASKED, IMPORTED, SIMULATED, FREED], ids=["operand", "import", "simulation", "freed"]
+)
 def test_a_signal_is_heard_also_where_exceptions_are_dropped(program: str, number: int) -> None:
     """Where numpy would take the exception for a no, or replace it, it is raised a moment later."""
     words = [sys.executable, "-c", program, str(int(number))]
