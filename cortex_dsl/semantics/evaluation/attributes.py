@@ -224,6 +224,9 @@ _INTERSECTION: dict[str, Callable[[Evaluator, Intersection], Value]] = {
     "center": lambda ev, intersection: Vector(*map(ev.algebra.literal, intersection.center)),
     "name": lambda _, intersection: intersection.name,
     "signals": signals.signals_of,
+    "route": lambda ev, intersection: Closure(
+        ("start", "end"), lambda *arms: lanes.maneuver_by_arms(intersection, ev.algebra.span, *arms)
+    ),
     "isSignalized": lambda ev, intersection: Truth(ev.algebra.truth(signals.is_signalized(ev, intersection))),
     "crossings": lambda _, intersection: streets.crossings_of(intersection),
     "roads": lambda _, intersection: tuple(dict.fromkeys(road_of(lane) for lane in intersection.incoming_lanes)),
