@@ -66,7 +66,11 @@ def opens_door(ev: Evaluator, call: Value) -> bool:
 
 def add_doors(ev: Evaluator, actor: Actor, unique: Callable[[Evaluator, str], str]) -> None:
     """Make the doors of an object whose behavior opens one; `unique` gives names that no object has."""
-    if actor.kind not in WITH_DOORS or not ev.facts.door_openers or not opens_door(ev, actor.properties["behavior"]):
+    if (
+        actor.kind not in WITH_DOORS
+        or not ev.facts.door_openers
+        or not opens_door(ev, actor.properties.get("behavior"))
+    ):
         return
     absent = Instance(present=False, parent=actor.scenario)
     for side in (side for side in SIDES if side in ev.facts.door_sides):
