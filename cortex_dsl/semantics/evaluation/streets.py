@@ -243,11 +243,13 @@ def of_group_now(ev: Evaluator, group: GroupNow, name: str, span: Span) -> Value
     raise LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)
 
 
-def _beside_now(ev: Evaluator, group: GroupNow, kinds: Kinds, name: str) -> SurfaceNow:
+def _beside_now(ev: Evaluator, group: GroupNow, kinds: Kinds, name: str) -> SurfaceNow | None:
     network = network_of(ev)
     groups = [opposite_group(lane) if group.opposite else group_of(lane) for lane in network.lanes]
     found = [None if each is None else _beside(each, kinds) for each in groups]
     options = (None, *dict.fromkeys(each for each in found if each is not None))
+    if len(options) == 1 and name.startswith("_"):
+        return None
     if len(options) == 1:
         missing(ev, kinds, name, ev.algebra.span)
     return SurfaceNow(

@@ -203,3 +203,17 @@ def test_sidewalks_of_many_people_are_drawn_with_the_scene(monkeypatch: pytest.M
 def test_mistakes_in_the_map_are_named(line: str, code: str) -> None:
     found = findings(f"{line}\nego = new Car on road\n")
     assert code in [each.code for each in found], found
+
+
+def test_a_truth_for_a_width_is_answered_with_an_example() -> None:
+    (found,) = findings("map road(sidewalk=True)\nego = new Car on road\n")
+    assert found.code == "SCN303"
+    assert "sidewalk=" in (found.cure or "")
+
+
+@pytest.mark.parametrize("name", ["_shoulder", "_sidewalk", "_bikeLane"])
+def test_a_strip_that_no_road_has_is_none(name: str) -> None:
+    """Also of an object whose lane only the scene knows; without the underscore the map argument is named."""
+    text = "map road(length=300 m)\nego = new Car on road\nassert ego.laneGroup.{} is None\n"
+    compile_text(text.format(name))
+    assert [each.code for each in findings(text.format(name[1:]))] == ["SCN450"]
