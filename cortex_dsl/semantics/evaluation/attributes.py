@@ -443,6 +443,9 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(lane_under(ev, actor))
     if (finder := _OF_POINT.get(name.removeprefix("_"))) is not None:
+        pose = current_pose(ev, actor)
+        if finder == "crossingAt" and None in (closed_value(pose.x), closed_value(pose.y)):
+            return streets.crossing_now(ev, pose, span, must=not name.startswith("_"))
         return _surface(ev, actor, finder, not name.startswith("_"))
     if name in relations.EDGES:
         return relations.edge_of(ev, actor, relations.EDGES[name])

@@ -18,7 +18,16 @@ from cortex_dsl.semantics.errors.values import (
     NOT_FINITE,
     UNKNOWN_UNIT,
 )
-from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, over_run, random_values, signals
+from cortex_dsl.semantics.evaluation import (
+    attributes,
+    geometry,
+    lanes,
+    numbers,
+    over_run,
+    random_values,
+    signals,
+    streets,
+)
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.random_values import Site, scaled
@@ -207,6 +216,8 @@ def _same(ev: Evaluator, left: Value, right: Value) -> Term:
     """Identity of objects, equality of text and lists."""
     if (lane := lanes.same(ev, left, right)) is not None:
         return lane
+    if (element := streets.same(left, right)) is not None:
+        return element
     if (colour := signals.same_colour(ev, left, right, ev.algebra.span)) is not None:
         return colour
     if isinstance(left, Truth) and isinstance(right, Truth):
