@@ -317,6 +317,8 @@ class Actor:
     span: Span
     present: bool = True
     """Whether it takes part from the start; else a `Spawn` brings it in."""
+    level: tuple[int, ...] = ()
+    """Lanes on whose level it begins; () where its heading decides."""
 
 
 @frozen
@@ -409,6 +411,8 @@ class Record:
     """Rule (kind WATCH) whose value is stored."""
     dimension: Dimension
     line: int
+    during: int = -1
+    """Rule (kind WATCH) that is true in the samples that count; -1: all do."""
 
 
 @frozen

@@ -27,7 +27,15 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
             ("SetPositionAction", "OffsetAction", "SetTransformAction", "ActorTransformSetter"),
             "no object jumps during a run: place it with `at` before the run, and drive or walk there",
         ),
-        "SetVelocityAction": "a vehicle moves where its wheels point: write `SetSpeedAction(3 m/s)`",
+        **dict.fromkeys(
+            ("BasicAgentBehavior", "BasicAgent", "LocalPlanner"),
+            "write `FollowLaneBehavior(10 m/s)`, or `FollowTrajectoryBehavior(10 m/s, lanes)`",
+        ),
+        **dict.fromkeys(
+            ("TimeSeries", "VerifaiTimeSeries"),
+            "a param has one value for the whole run; what a behavior draws it draws anew each time, as in "
+            "`take SetThrottleAction(Range(0, 1))`",
+        ),
         "SetHandBrakeAction": "a vehicle has one brake: `SetBrakeAction(1)`",
         "SetAutopilotAction": "give it a behavior: `AutopilotBehavior()`",
         "PolygonalVectorField": "write a `VectorField`, with a function that tests where it is: `p in region`",

@@ -127,8 +127,20 @@ class MapFile:
     intersections: int
 
 
+@frozen
+class LaneletFile(MapFile):
+    """`map lanelet2(...)`: the lanelets of a file."""
+
+    kind: ClassVar[str] = "lanelet2"
+
+    origin: tuple[float, float] | None = None
+    """Latitude and longitude of (0, 0) [deg]; None for the local coordinates of the file."""
+
+
 MapSpec = RoadSpec | LoneRoad | Roundabout | MapFile
-KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, Roundabout, MapFile)}
+KINDS: Mapping[str, type[MapSpec]] = {
+    spec.kind: spec for spec in (RoadSpec, LoneRoad, Roundabout, MapFile, LaneletFile)
+}
 """Specifications by the word after `map`."""
 
 
@@ -155,6 +167,7 @@ def map_content(spec: MapSpec) -> dict[str, Any]:
 def map_from(content: Mapping[str, Any]) -> MapSpec:
     """Return the specification of `map_content`; without a kind it is a grid."""
     values = dict(content)
-    if isinstance(values.get("crossings"), list):
-        values["crossings"] = tuple(values["crossings"])
+    for name in ("crossings", "origin"):
+        if isinstance(values.get(name), list):
+            values[name] = tuple(values[name])
     return KINDS[values.pop("kind", RoadSpec.kind)](**values)

@@ -21,7 +21,7 @@ from engine.errors import CortexError
 from engine.frozen import frozen
 from engine.judged import NOTHING_JUDGED, Judged, judged_from
 from engine.maps import MapSpec, map_content, map_from
-from engine.tables import LEVELS, ROAD_INDEX, CodeTables, Floats, Ints, RoadTables, kept_road
+from engine.tables import ROAD_INDEX, CodeTables, Floats, Ints, RoadTables, is_left_out, kept_road
 from engine.vocabulary import RuleKind
 
 
@@ -92,6 +92,8 @@ class Record:
     """The rule of kind WATCH."""
     unit: str
     line: int
+    during: int = -1
+    """The rule of kind WATCH that is true in the samples that count; -1: all do."""
 
 
 @frozen
@@ -231,7 +233,7 @@ def program_digest(
     digest = blake2b(FORMAT.encode(), digest_size=16)
     for prefix, group in (("space", _arrays_of(space)), ("code", code._asdict()), ("road", road._asdict())):
         for name, array in group.items():
-            if prefix == "road" and (name in ROAD_INDEX or (name in LEVELS and not len(road.heights))):
+            if prefix == "road" and (name in ROAD_INDEX or is_left_out(road, name)):
                 continue
             digest.update(f"{prefix}.{name}{array.dtype.str}{array.shape}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
@@ -246,11 +248,11 @@ def program_digest(
 
 def save_program(program: Program, path: Path) -> None:
     """Write the program as one `.npz` file: its arrays, and all other data as JSON in `header`."""
-    levels = len(program.road.heights) > 0
+    road = program.road
     arrays = {
         **{f"space.{name}": array for name, array in _arrays_of(program.space).items()},
         **{f"code.{name}": array for name, array in program.code._asdict().items()},
-        **{f"road.{name}": array for name, array in program.road._asdict().items() if levels or name not in LEVELS},
+        **{f"road.{name}": array for name, array in road._asdict().items() if not is_left_out(road, name)},
         **program.judged.arrays(),
         **_arrays_of(program),
     }

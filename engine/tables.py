@@ -77,18 +77,26 @@ class RoadTables(NamedTuple):
     """(cells + 1,): offsets into `heights`; row by row from the south, each from west to east."""
     height_frame: Floats = np.zeros(0)
     """(5,), as `cell_frame`, for the cells of `heights`."""
+    first_lanes: Ints = np.zeros((0, 2), dtype=np.int32)
+    """(n, 2): an actor, and a lane of the road on whose level it begins. Only scenarios that name levels have rows."""
 
 
 LEVELS = frozenset({"heights", "height_start", "height_frame"})
 """Fields of `RoadTables` that only a road with several levels has."""
 
 
+def is_left_out(road: RoadTables, name: str) -> bool:
+    """Return True for fields that are neither stored nor part of a digest, because this road has none of them."""
+    return (name in LEVELS and not len(road.heights)) or (name == "first_lanes" and not len(road.first_lanes))
+
+
 def kept_road(arrays: Mapping[str, np.ndarray]) -> RoadTables:
     """Return tables from stored arrays; without their index if that is another version's."""
     index = {} if ROAD_INDEX - arrays.keys() else {name: arrays[name] for name in ROAD_INDEX}
     levels = {} if LEVELS - arrays.keys() else {name: arrays[name] for name in LEVELS}
-    rest = {name: arrays[name] for name in RoadTables._fields if name not in ROAD_INDEX | LEVELS}
-    return RoadTables(**rest, **index, **levels)
+    first = {name: arrays[name] for name in ("first_lanes",) if name in arrays}
+    rest = {name: arrays[name] for name in RoadTables._fields if name not in ROAD_INDEX | LEVELS | {"first_lanes"}}
+    return RoadTables(**rest, **index, **levels, **first)
 
 
 def no_road() -> RoadTables:
@@ -107,6 +115,8 @@ def no_road() -> RoadTables:
     whole = ("lane_path", "lane_route")
 
     def table(name: str) -> np.ndarray:
+        if name == "first_lanes":
+            return np.zeros((0, 2), dtype=np.int32)
         if name in wide:
             return np.zeros((0, wide[name]))
         if name in whole or name.endswith("_start"):

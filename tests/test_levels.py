@@ -13,13 +13,16 @@ import pytest
 import cortex_dsl as cx
 from cortex_dsl import compile_text
 from cortex_dsl.api.scenario import load
+from cortex_dsl.pipeline import compile_source
 from cortex_dsl.report.page.scene_svg import road_layer
+from cortex_dsl.source import Source
 from engine import batch, world
 from engine.avoidability import avoidability
 from engine.config import Config
 from engine.counterfactuals import counterfactuals
 from engine.fairness import fair_starts
 from engine.host import memory, plan, requested
+from engine.interchange.recording import recorded_run
 from engine.kernels.crossing import Foresight
 from engine.kernels.crossing import crossing as crossing_of
 from engine.kernels.levels import hide_levels
@@ -334,6 +337,103 @@ def test_bodies_of_any_number_pass_those_on_other_levels_only(number: int) -> No
         stage.go(0.0, 1, 0.001)
         together = [actor for actor in range(number) if walls or (heights == heights[actor]).sum() > 1]
         assert sorted(each for each in stage.recorder.struck if each < number) == together
+
+
+# -- the level on which an object begins ------------------------------------------------------------------------------
+
+NAMED = """
+map opendrive("map.xodr")
+ego = new Car at (-20, 0), facing 0 deg, with speed 10 m/s, with behavior FollowLaneBehavior(10 m/s)
+other = new {kind} at (0, 0){specifiers}
+terminate after 3 s
+"""
+
+
+def named(folder: Path, height: float, specifiers: str, kind: str = "Car"):
+    """Return the compiled scene with an object at the crossing of two roads, and its run in both hosts."""
+    (folder / "map.xodr").write_text(crossing(height))
+    (folder / "scene.scn").write_text(
+        NAMED.format(kind=kind, specifiers=specifiers).replace(", with behavior None", "")
+    )
+    scenario = load(folder / "scene.scn")
+    scenes = scenario.sample(1, seed=1)
+    assert scenes.valid[0]
+    fast = scenario.simulate(scenes)
+    slow = scenario.watch(scenes)
+    assert fast.collided[0] == slow.outcomes.collided[0]
+    return scenario, fast, slow
+
+
+@pytest.mark.parametrize("height", [6.0, -6.0])
+@pytest.mark.parametrize("kind", ["Car", "Pedestrian", "Obstacle"])
+@pytest.mark.parametrize("turned", ["", ", facing 0 deg", ", facing 90 deg", ", facing 200 deg"])
+def test_a_named_level_decides_whatever_an_object_faces(tmp_path: Path, height: float, kind: str, turned: str) -> None:
+    """On the ego's road there is contact, on the other one none; heights begin on the named road."""
+    for road, level in (("road0", 0.0), ("road1", height)):
+        _, outcomes, run = named(tmp_path, height, f'{turned}, with level "{road}"', kind)
+        assert outcomes.collided[0] == (road == "road0")
+        assert run.trajectory.heights is not None
+        assert run.trajectory.heights[0, 1] == pytest.approx(level)
+
+
+@pytest.mark.parametrize("height", [0.0, LEVEL - 0.1, 6.0, -6.0])
+def test_a_bare_point_takes_the_lower_road(tmp_path: Path, height: float) -> None:
+    """With a remark, and with the heading of that road; on one plane there is neither."""
+    _, outcomes, run = named(tmp_path, height, "")
+    text = Source(str(tmp_path / "scene.scn"), (tmp_path / "scene.scn").read_text())
+    remarks = [each for each in compile_source(text).diagnostics if each.code == "SCN467"]
+    apart = abs(height) >= LEVEL
+    assert len(remarks) == apart
+    assert outcomes.collided[0] == (height > -LEVEL)
+    if apart:
+        assert f"{abs(height):.1f} m below" in remarks[0].message
+        heading = run.trajectory.states[0, 1, State.HEADING]
+        assert heading == pytest.approx(0.0 if height > 0.0 else math.pi / 2)
+
+
+def test_a_level_is_that_of_a_road_beside_the_object(tmp_path: Path) -> None:
+    """An object farther than 5 m from the road that it names is drawn again, and heads along that road."""
+    (tmp_path / "map.xodr").write_text(crossing(6.0))
+    text = 'map opendrive("map.xodr")\nego = new Car on road, with level "road0"\n'
+    (tmp_path / "scene.scn").write_text(text)
+    scenario = load(tmp_path / "scene.scn")
+    scenes = scenario.sample(50, seed=1)
+    assert scenes.valid.all()
+    assert (np.abs(scenes.values[:, Column.Y]) <= 2.0 + 5.0).all()
+    assert (np.abs(scenes.values[:, Column.HEADING]) < 0.1).all()
+
+
+@pytest.mark.parametrize("name", ['"road2"', '"rod1"', "3", "ego"])
+def test_a_level_is_a_road_of_the_file(tmp_path: Path, name: str) -> None:
+    """Another name or value is refused; so is any level where no road passes over another one."""
+    for height, level in ((6.0, name), (0.0, '"road1"')):
+        (tmp_path / "map.xodr").write_text(crossing(height))
+        text = f'map opendrive("map.xodr")\nego = new Car on road\nb = new Car on road, with level {level}\n'
+        (tmp_path / "scene.scn").write_text(text)
+        with pytest.raises(cx.CompileError) as refused:
+            load(tmp_path / "scene.scn")
+        assert refused.value.diagnostics[-1].code in ("SCN450", "SCN303")
+
+
+def test_distances_between_levels_are_said_in_words(tmp_path: Path) -> None:
+    """The terminal names no number for two actors that are never on one level."""
+    named(tmp_path, 6.0, ', with level "road1"')
+    command = [sys.executable, "-m", "cortex_dsl", "scene.scn", "--metrics"]
+    shown = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert re.search(r"apart +not on one level", shown)
+    assert re.search(r"MD +not on one level", shown)
+    named(tmp_path, 6.0, ', with level "road0"')
+    shown = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert "not on one level" not in shown
+
+
+def test_exports_have_the_named_level(tmp_path: Path) -> None:
+    """The height in a table is that of the road that the scenario names, not of the one that the car faces along."""
+    scenario, _, run = named(tmp_path, 6.0, ', facing 0 deg, with level "road1"')
+    scenes, step = scenario.sample(1, seed=1), scenario.config.simulation.time_step
+    recording = recorded_run(scenario.program, scenes, run, step=step)
+    assert recording.heights is not None
+    np.testing.assert_allclose(recording.heights[0], [0.0, 6.0], atol=1e-9)
 
 
 def test_parked_cars_are_laid_with_optimized_python() -> None:

@@ -164,7 +164,8 @@ def _map_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Ed
     calls = (each for each in (*entries, *statements) if not isinstance(each, nodes.Map) or each.kind == spec.kind)
     for call in calls:
         arguments = call.arguments if isinstance(call, nodes.Map | nodes.Call) else ()
-        yield Edit((arguments[0].value if arguments else call).span, f'"{map_name(spec)}"')
+        files = [each for each in arguments if each.name in (None, "file")]
+        yield Edit((files[0].value if files else call).span, f'"{map_name(spec)}"')
 
 
 def _road_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Edit]:

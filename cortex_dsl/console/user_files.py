@@ -18,6 +18,7 @@ from cortex_dsl.syntax.errors import MAX_BYTES
 RECORDING = "a recording, not a scenario", "judge it by `cortexc measure {}`"
 OTHER_FILES: Mapping[str, tuple[str, str]] = {
     ".xodr": ("a map, not a scenario", 'use it in a scenario, as in `map opendrive("{}")`'),
+    ".osm": ("a map, not a scenario", 'use it in a scenario, as in `map lanelet2("{}", origin=(49.0, 8.4))`'),
     ".xosc": ("a scenario of OpenSCENARIO", "judge it by `cortexc measure {}`, or translate it by `cortexc import {}`"),
     **dict.fromkeys((".csv", ".parquet", ".mcap"), RECORDING),
 }

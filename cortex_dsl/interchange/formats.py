@@ -102,10 +102,14 @@ def opendrive(case: "ExportCase", _stem: str, options: ExportOptions) -> Export:
     """Return the road, under a name that all cases of the scenario share."""
     from cortex_dsl.api.concrete import map_copies
     from cortex_dsl.interchange.cases import road_name
+    from engine.errors import InterchangeError
     from engine.interchange.opendrive import SOMEWHERE, write_opendrive
-    from engine.maps import MapFile
+    from engine.maps import LaneletFile, MapFile
 
     program, name = case.scenario.program, road_name(case.scenario)
+    if isinstance(program.road_spec, LaneletFile):
+        what = "this format needs the road as OpenDRIVE, and a Lanelet2 map is not written as one"
+        raise InterchangeError(what, "export to csv, mcap, commonroad or scn", program.road_spec.file)
     if isinstance(program.road_spec, MapFile):
         return Export(dict(map_copies(program)))
     place = SOMEWHERE if options.player == "carla" else ""

@@ -46,6 +46,9 @@ def lower(scenario: ir.Scenario) -> Program:
     space = _param_space(scenario.genes, scenario.system)
     code, tables, step_offsets = code_tables(scenario, grouping, codes, rejections)
     road = road_tables(scenario.network)
+    if any(actor.level for actor in example.actors):
+        levels = [(number, lane) for number, actor in enumerate(example.actors) for lane in actor.level]
+        road = road._replace(first_lanes=ints(levels).reshape(-1, 2))
     judged = Judged(tuple(map(_objective, scenario.objectives)), tuple(map(_reading, scenario.readings)), tables)
     return Program(
         name=scenario.name,
@@ -64,7 +67,7 @@ def lower(scenario: ir.Scenario) -> Program:
         road_spec=scenario.road,
         step_lines=ints([scenario.source.row(offset) for offset in step_offsets]),
         routes=ints([[actor.route for actor in v.actors] or [-1] * len(example.actors) for v in grouping.variants]),
-        records=tuple(Record(r.name, r.when, r.watch, si_word(r.dimension), r.line) for r in scenario.records),
+        records=tuple(map(_record, scenario.records)),
         monitors=tuple(monitor.name for monitor in example.monitors),
         judged=judged,
         controls=scenario.controls,
@@ -75,6 +78,11 @@ def _requirement(required: ir.Requirement) -> Requirement:
     scale = UNITS[required.unit].factor if required.unit else 1.0
     unit = si_word(required.dimension)
     return Requirement(required.name, required.line, required.probability, unit, required.unit, scale)
+
+
+def _record(record: ir.Record) -> Record:
+    unit = si_word(record.dimension)
+    return Record(record.name, record.when, record.watch, unit, record.line, record.during)
 
 
 def _objective(objective: ir.Objective) -> Objective:

@@ -48,6 +48,7 @@ from cortex_dsl.semantics.names.tree import (
     door_sides,
     everything_in,
     param_entries,
+    reads_warnings,
     system_params,
 )
 from cortex_dsl.semantics.quantities.units import si_word
@@ -130,6 +131,7 @@ def _elaborated(
         default_signals=map_with_lights(whole),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
         attributes_read=attributes_read(whole),
+        reads_warnings=reads_warnings(whole),
         attributes_set=attributes_set(whole),
         domains=domains,
         door_openers=door_openers(whole),
@@ -328,12 +330,18 @@ def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequen
     for span, possible_there in file.scene.places.items():
         if not possible_there:
             file.findings.add(EMPTY_REGION.at(span, text=file.facts.source.words(span)))
-    objects = [[(a.name, a.kind) for a in draft.variant.actors] for draft in possible]
+    objects = [[(a.name + _on_level(file, a), a.kind) for a in draft.variant.actors] for draft in possible]
     for draft, here in zip(possible, objects, strict=True):
         if here != objects[0]:
             names = [", ".join(name for name, _ in each) for each in (objects[0], here)]
             file.findings.add(DIFFERENT_OBJECTS.at(draft.span, here=names[0], there=names[1]))
             return
+
+
+def _on_level(file: FileContext, actor: ir.Actor) -> str:
+    """Return on which level an object begins, in words; "" where its heading decides."""
+    network = _network_of_file(file) if actor.level else None
+    return f" on the level of `{network.lanes[actor.level[0]].name}`" if network else ""
 
 
 Key = tuple[int, str, int]

@@ -274,6 +274,7 @@ def _ir_actor(ev: Evaluator, actor: Actor, behaviour: ir.Block | None) -> ir.Act
         overlap_group=0 if actor.properties.get("allowCollisions", False) else _coming_with(actor),
         span=actor.span,
         present=actor.scenario is None or actor.scenario.present,
+        level=tuple(lane.id for lane in actor.properties.get("level") or ()),
     )
 
 

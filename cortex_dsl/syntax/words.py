@@ -250,6 +250,11 @@ LATER_BLOCKS = frozenset(LATER_STATEMENTS)
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {
         "except": "write `interrupt when` with a condition",
+        **dict.fromkeys(
+            ("global", "nonlocal"),
+            "a function changes no names outside: return the value; a behavior stores it in its object: "
+            "`with count 0`, and `self.count = self.count + 1`",
+        ),
     }
 )
 

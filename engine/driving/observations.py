@@ -18,7 +18,8 @@ def observed(program: Program, records: bool = True) -> Named:
 
 
 def series(program: Program) -> list[Record]:
-    return [record for record in program.records if record.when == "series"]
+    """Return the records over the whole run; those of scenarios that others start have values for a part of it."""
+    return [record for record in program.records if record.when == "series" and record.during < 0]
 
 
 def _egocentric() -> Named:

@@ -18,7 +18,7 @@ from engine.maps import MapSpec
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
-from engine.tables import SLIDING, Floats
+from engine.tables import SLIDING, Floats, Ints
 from engine.vocabulary import ActorKind, Column, State
 
 if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
@@ -150,6 +150,8 @@ class Recording:
     commands: bool = True
     """True if wheel and pedals were recorded; False for files with motion alone, where they are 0."""
     provenance: Provenance = field(default_factory=Provenance)
+    first_lanes: Ints | None = None
+    """`RoadTables.first_lanes` of a scenario that names levels."""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -158,7 +160,7 @@ class Recording:
     def heights(self) -> Floats | None:
         """Return (samples, actors) heights of the road at all actors [m]; None on a road without bridges."""
         kinds = np.array([int(actor.kind) for actor in self.actors], dtype=np.int32)
-        return road_heights(self.road, kinds, self.states)
+        return road_heights(self.road, kinds, self.states, self.first_lanes)
 
     @property
     def there(self) -> NDArray[np.bool_]:
@@ -313,6 +315,7 @@ def recorded_run(
         road=program.road_spec,
         buildings=program.road.buildings,
         surroundings=surroundings,
+        first_lanes=program.road.first_lanes,
     )
 
 

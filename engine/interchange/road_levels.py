@@ -8,7 +8,7 @@ from engine.opendrive.roads import OdrNetwork
 from engine.tables import Floats, Ints
 
 
-def road_heights(road: MapSpec | None, kinds: Ints, states: Floats) -> Floats | None:
+def road_heights(road: MapSpec | None, kinds: Ints, states: Floats, first_lanes: Ints | None = None) -> Floats | None:
     """Return (samples, actors) heights of the road at all actors of a record [m]; None on a road without bridges."""
     if not isinstance(road, MapFile):
         return None
@@ -16,7 +16,9 @@ def road_heights(road: MapSpec | None, kinds: Ints, states: Floats) -> Floats | 
     from engine.road import build_network, road_tables
 
     try:
-        return heights_of(plain(road_tables(build_network(road))), kinds, np.ascontiguousarray(states))
+        tables = road_tables(build_network(road))
+        tables = tables if first_lanes is None else tables._replace(first_lanes=first_lanes)
+        return heights_of(plain(tables), kinds, np.ascontiguousarray(states))
     except InterchangeError:
         return None
 

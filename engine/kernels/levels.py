@@ -1,16 +1,17 @@
 """Levels: actors meet, see, obstruct and strike one another only while their heights differ by less than a headroom.
 
-A road with bridges has a table of heights: points along the centres of all lanes, with height and slope. The height of
-an actor is continuous: at each sample it is that of the nearest point whose height is near that of the sample before.
-So an actor keeps the level of its road, through links and up ramps. A vehicle begins on the lane that it faces along
-(`nearest_lane`). Whatever else stands where the ego's level is too may face anywhere: it begins on that level. On a
-road without bridges there is no table, and all heights are 0. Slopes have no effect on motion.
+A road with bridges has a table of heights: points along the centres of all lanes, with height and slope. The height
+of an actor is continuous: at each sample it is that of the nearest point whose height is near that of the sample
+before. So an actor keeps the level of its road, through links and up ramps. A vehicle begins on the lane that it
+faces along (`nearest_lane`), unless the scenario names its road. Whatever else stands where the ego's level is too
+may face anywhere: it begins on that level. On a road without bridges there is no table, and all heights are 0. Slopes
+have no effect on motion.
 """
 
 import math
 
 from engine.kernels.jit import deferred, inlined, kernel
-from engine.kernels.nearest_lane import lane_nearest
+from engine.kernels.nearest_lane import first_lane, lane_nearest
 from engine.kernels.run_state import HOSTED, Memory, Plan, Run, Status
 from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import LEVEL, ActorKind, State
@@ -62,9 +63,13 @@ def next_height(road: RoadTables, x: float, y: float, before: float) -> float:
 
 
 @kernel
-def first_height(road: RoadTables, kind: int, x: float, y: float, heading: float, ego: float) -> float:
+def first_height(road: RoadTables, actor: int, kind: int, x: float, y: float, heading: float, ego: float) -> float:
     """Return the height at which an actor of a kind enters the scene [m], where the ego's height is `ego`."""
-    along = height_near(road, x, y, 0.0, lane_nearest(road, x, y, heading), math.inf, 0.0)
+    named = first_lane(road, actor, x, y, heading)
+    lane = named if named >= 0 else lane_nearest(road, x, y, heading)
+    along = height_near(road, x, y, 0.0, lane, math.inf, 0.0)
+    if named >= 0:
+        return along
     if kind != ActorKind.PEDESTRIAN and kind != ActorKind.OBSTACLE:
         return along
     return height_near(road, x, y, ego, -1, BESIDE, along)
@@ -75,7 +80,7 @@ def enter_level(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Store the height of an actor that enters the scene."""
     pose, kind = run.states[sample, actor], int(plan.kinds[actor]) if actor > 0 else VEHICLE
     x, y, heading, ego = pose[State.X], pose[State.Y], pose[State.HEADING], run.actors[0, Memory.HEIGHT]
-    run.actors[actor, Memory.HEIGHT] = first_height(plan.road, kind, x, y, heading, ego)
+    run.actors[actor, Memory.HEIGHT] = first_height(plan.road, actor, kind, x, y, heading, ego)
 
 
 @deferred()
@@ -103,7 +108,7 @@ def trace_heights(road: RoadTables, kinds: Ints, states: Floats, samples: int, h
             else:
                 kind, ego = int(kinds[actor]) if actor > 0 else VEHICLE, heights[k, 0] if actor > 0 else 0.0
                 x, y, heading = pose[State.X], pose[State.Y], pose[State.HEADING]
-                heights[k, actor] = first_height(road, kind, x, y, heading, ego)
+                heights[k, actor] = first_height(road, actor, kind, x, y, heading, ego)
             present = True
 
 

@@ -25,6 +25,19 @@ def lane_nearest(road: RoadTables, x: float, y: float, heading: float) -> int:
     return best
 
 
+@kernel
+def first_lane(road: RoadTables, actor: int, x: float, y: float, heading: float) -> int:
+    """Return the nearest of the lanes on whose level an actor begins; -1 for an actor without such lanes."""
+    best, best_cost = -1, math.inf
+    for row in range(len(road.first_lanes)):
+        if road.first_lanes[row, 0] == actor:
+            lane = int(road.first_lanes[row, 1])
+            cost = _lane_cost(road, lane, x, y, heading, math.inf)
+            if best < 0 or cost < best_cost:
+                best, best_cost = lane, cost
+    return best
+
+
 @inlined
 def _likely_lane(road: RoadTables, x: float, y: float) -> int:
     """Return a near straight lane, if there is one, else lane 0."""

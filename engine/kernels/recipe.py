@@ -223,14 +223,14 @@ def overlap(road: RoadTables, checked: Ints, kinds: Ints, values: Floats) -> boo
 def _are_level(road: RoadTables, kinds: Ints, values: Floats, one: int, other: int) -> bool:
     """Return True if two actors enter the scene on one level."""
     box = _outline(values, 0)
-    ego = first_height(road, VEHICLE, box.x, box.y, box.heading, 0.0)
+    ego = first_height(road, 0, VEHICLE, box.x, box.y, box.heading, 0.0)
     return abs(_height(road, kinds, values, one, ego) - _height(road, kinds, values, other, ego)) < LEVEL
 
 
 @kernel
 def _height(road: RoadTables, kinds: Ints, values: Floats, actor: int, ego: float) -> float:
     box = _outline(values, actor)
-    return ego if actor == 0 else first_height(road, int(kinds[actor]), box.x, box.y, box.heading, ego)
+    return ego if actor == 0 else first_height(road, actor, int(kinds[actor]), box.x, box.y, box.heading, ego)
 
 
 @inlined

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.kernels.conflict import Snapshot, snapshot, time_to_collision
 from engine.kernels.encroachment import OccupancyInterval, stays
@@ -14,7 +15,7 @@ from engine.metrics.bodies import Body, outlines_of
 from engine.outcomes import Outcomes
 from engine.scenes import Trajectory
 from engine.tables import Floats
-from engine.vocabulary import State
+from engine.vocabulary import LEVEL, State
 
 # -- measured parts of a trajectory ------------------------------------------------------------------------------------
 
@@ -29,6 +30,21 @@ def on_levels(trajectory: Trajectory, outcomes: Outcomes, row: int) -> Trajector
     heights = np.hstack([trajectory.heights, np.zeros_like(trajectory.heights)])
     hide_levels(states, len(states), heights, int(outcomes.contact_actors[row, 1]), trajectory.contact_sample)
     return replace(trajectory, states=states)
+
+
+def apart_in_height(trajectory: Trajectory, other: int) -> NDArray[np.bool_]:
+    """Return (samples,) True while the ego and another actor are on different levels."""
+    if trajectory.heights is None:
+        return np.zeros(len(trajectory.time), dtype=bool)
+    present = trajectory.states[:, [0, other], State.PRESENT] != 0.0
+    return present.all(axis=1) & (np.abs(trajectory.heights[:, other] - trajectory.heights[:, 0]) >= LEVEL)
+
+
+def never_on_one_level(trajectory: Trajectory, other: int) -> bool:
+    """Return whether the ego and another actor are in the scene together, and never on one level."""
+    present = trajectory.states[:, [0, other], State.PRESENT] != 0.0
+    together, apart = present.all(axis=1), apart_in_height(trajectory, other)
+    return bool(together.any()) and bool(apart[together].all())
 
 
 def scored_samples(trajectory: Trajectory) -> int:

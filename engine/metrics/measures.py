@@ -8,11 +8,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from engine.metrics.bodies import Body, usual_body
 from engine.metrics.encounters import Encounter, on_levels, span_of, time_step
 from engine.metrics.table import OF_ACTORS, OF_PAIRS
 from engine.outcomes import PAIRS, Outcomes
-from engine.program import Program
+from engine.program import Program, Record
 from engine.scenes import Trajectory
 from engine.tables import A_BUILDING, Floats
 from engine.vocabulary import ActorKind
@@ -113,17 +115,17 @@ class Recorded:
 
 
 def recorded(program: Program, trajectory: Trajectory) -> tuple[Recorded, ...]:
-    """Return all records of a program, in the order of the file, from the first sample to the end of the scored run."""
-    parts = {"series": slice(None), "initial": slice(None, 1), "final": slice(-1, None)}
-    time = trajectory.time[: len(trajectory.watched)]
-    return tuple(
-        Recorded(
-            record.name,
-            record.when,
-            record.unit,
-            record.line,
-            time[parts[record.when]],
-            trajectory.watched[parts[record.when], record.rule],
-        )
-        for record in program.records
-    )
+    """Return all records of a program, in the order of the file, from the first sample to the end of the scored run.
+
+    A record of a scenario that another one starts has only the samples during which that scenario runs.
+    """
+    return tuple(_recorded(record, trajectory) for record in program.records)
+
+
+def _recorded(record: Record, trajectory: Trajectory) -> Recorded:
+    counts = np.arange(len(trajectory.watched))
+    if record.during >= 0:
+        counts = np.flatnonzero(trajectory.watched[:, record.during])
+    part = {"series": counts, "initial": counts[:1], "final": counts[-1:]}[record.when]
+    values = trajectory.watched[part, record.rule]
+    return Recorded(record.name, record.when, record.unit, record.line, trajectory.time[part], values)

@@ -9,8 +9,9 @@ from itertools import chain
 from typing import Any
 
 from engine.frozen import frozen
-from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec, Roundabout
+from engine.maps import LaneletFile, LoneRoad, MapFile, MapSpec, RoadSpec, Roundabout
 from engine.road.grid import grid_network
+from engine.road.lanelet2.network import lanelet_network
 from engine.road.lone_road import lone_road, wrong_lone_road, wrong_lone_road_numbers
 from engine.road.network import Network
 from engine.road.opendrive.network import file_network
@@ -40,6 +41,7 @@ MAKERS: Mapping[type[MapSpec], Maker] = {
     LoneRoad: Maker(lone_road, wrong_lone_road_numbers, wrong_lone_road),
     Roundabout: Maker(roundabout, wrong_roundabout_numbers, wrong_roundabout),
     MapFile: Maker(file_network, _nothing, _nothing),
+    LaneletFile: Maker(lanelet_network, _nothing, _nothing),
 }
 
 

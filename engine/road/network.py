@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from engine.frozen import frozen, frozen_identity
-from engine.maps import MapSpec
+from engine.maps import MapFile, MapSpec
 from engine.road.paths import PathBook, Pose, Primitive
 from engine.road.regions import RegionBook, Shape, contains, shape_area
 from engine.tables import Floats
@@ -118,7 +118,10 @@ class Lane:
     @property
     def ends_at_line(self) -> bool:
         """Return True if traffic waits at its end, at a line on the road; False in the ring of a roundabout."""
-        return bool(self.maneuvers) and (self.network.links.gives_way is None or self.role is LaneRole.INCOMING)
+        first = self.network.links.gives_way
+        if not self.maneuvers or first is None or self.role is LaneRole.INCOMING:
+            return bool(self.maneuvers)
+        return isinstance(self.network.spec, MapFile) and any(first[each.id] for each in self.maneuvers)
 
     @property
     def successors(self) -> "tuple[Lane, ...]":

@@ -218,7 +218,9 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`SetWalkingDirectionAction`, `SetWalkingSpeedAction`",
               BODY.format("take SetWalkingDirectionAction(1), SetWalkingSpeedAction(2)").replace("Car", "Pedestrian"),
               "of pedestrians"),
-        _missing("`SetPositionAction`, `SetVelocityAction`, `OffsetAction`", "no object jumps: contact is searched for "
+        _same("`SetVelocityAction`", BODY.format("take SetVelocityAction(0, 0)"),
+              "of a vehicle only along its heading: another direction aborts the run"),
+        _missing("`SetPositionAction`, `OffsetAction`", "no object jumps: contact is searched for "
                  "on the way between two samples", BODY.format("take SetPositionAction((1, 1))")),
         _missing("`SetHandBrakeAction`", "a vehicle has one brake: `SetBrakeAction`",
                  BODY.format("take SetHandBrakeAction(True)")),

@@ -28,6 +28,7 @@ from engine.maps import MapFile
 from engine.metrics import (
     Body,
     Metric,
+    apart_in_height,
     bodies_of,
     measure_impacts,
     measure_trajectory,
@@ -114,6 +115,8 @@ def approach(trajectory: Trajectory, other: int, outlines: Floats) -> Approach:
         for k in range(together):
             now = snapshot(states, together, k, 0.0, time_step(trajectory), other, outlines)
             distance[first + k], closing[first + k] = box_distance(now.ego, now.other), _closing_speed(now)
+        apart = apart_in_height(trajectory, other)
+        distance[apart], closing[apart] = np.nan, np.nan
     return Approach(distance, closing)
 
 

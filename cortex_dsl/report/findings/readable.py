@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from engine.program import ParamSpace, Program
 
 ABSENT = "–"
+NOT_LEVEL = "not on one level"
+"""Words instead of a distance of two actors that are on different levels whenever both are in the scene."""
 
 
 def fixed(value: float, decimals: int) -> str:

@@ -12,7 +12,7 @@ from cortex_dsl.report.blocks import Block, Column, Gauge, Table, Title, Value
 from cortex_dsl.report.findings.case_replay import CaseReplay
 from cortex_dsl.report.findings.judgement import EXPLAINED
 from cortex_dsl.report.findings.objectives import broken_words, objective_results
-from cortex_dsl.report.findings.readable import first_line, fixed, percent
+from cortex_dsl.report.findings.readable import NOT_LEVEL, first_line, fixed, percent
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
 from cortex_dsl.report.findings.verification_report import ANSWERS
@@ -24,6 +24,7 @@ from cortex_dsl.report.page.render import nodes
 from cortex_dsl.report.views.analysis import case_verdict_table
 from cortex_dsl.report.views.measures import IN_RISK, choices_views, params_table
 from engine.avoidability import Avoidability
+from engine.metrics import never_on_one_level
 from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
@@ -65,6 +66,8 @@ def _measured(replay: CaseReplay, name: str) -> str:
         return "yes" if bool(outcomes.collided[0]) else "no"
     if not outcomes.min_distance.shape[1]:
         return "–"
+    if never_on_one_level(replay.trajectory, replay.pair + 1):
+        return NOT_LEVEL
     (row,) = (each for each in PAIRS if each.symbol == name)
     return f"{fixed(float(getattr(outcomes, row.name)[0, replay.pair]), 2)} {row.unit}"
 
@@ -88,15 +91,14 @@ def measures_table(replay: CaseReplay) -> list[Block]:
 def pairs_table(replay: CaseReplay) -> Node:
     """Return a table of the ego's distances to all actors except the one that decides the risk; None without any."""
     apart, times = replay.outcomes.min_distance[0], replay.outcomes.min_distance_time[0]
-    rows = [
-        (
-            replay.program.actors[pair + 1],
-            f"{fixed(float(apart[pair]), 2)} m",
-            Value(f"at {fixed(float(times[pair]), 2)} s", "quiet"),
-        )
-        for pair in range(len(apart))
-        if pair != replay.pair and isfinite(apart[pair])
-    ]
+    rows: list[tuple[str, str, Value]] = []
+    for pair in range(len(apart)):
+        name = replay.program.actors[pair + 1]
+        if pair != replay.pair and isfinite(apart[pair]):
+            at = Value(f"at {fixed(float(times[pair]), 2)} s", "quiet")
+            rows.append((name, f"{fixed(float(apart[pair]), 2)} m", at))
+        elif pair != replay.pair and never_on_one_level(replay.trajectory, pair + 1):
+            rows.append((name, NOT_LEVEL, Value("", "quiet")))
     table = Table((Column(), NUMBER, Column()), rows, header=False, name="params")
     return [element("h4", "Nearest to the others"), nodes(table)] if rows else None
 

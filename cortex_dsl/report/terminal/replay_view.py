@@ -12,9 +12,10 @@ from rich.text import Text
 
 from cortex_dsl.report.blocks import actor_style
 from cortex_dsl.report.findings.case_replay import CaseReplay, outline_corners
-from cortex_dsl.report.findings.readable import fixed
+from cortex_dsl.report.findings.readable import NOT_LEVEL, fixed
 from cortex_dsl.report.terminal.canvas import Canvas
 from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, draw_scene, mark_signals
+from engine.metrics import apart_in_height
 from engine.vocabulary import State
 
 FRAMES_PER_SECOND = 20.0
@@ -92,10 +93,12 @@ class Film:
         if replay.collided and since >= -1e-9:
             return "contact" if since < self._step else "after contact: physics for illustration, not scored"
         apart = float(replay.approach.distance[sample])
+        other = replay.shapes[replay.pair + 1].name if len(replay.shapes) > 1 else ""
         if not math.isfinite(apart):
-            return ""
+            level = other and apart_in_height(replay.trajectory, replay.pair + 1)[sample]
+            return f"{other} is {NOT_LEVEL} with {replay.shapes[0].name}" if level else ""
         closing = float(replay.approach.closing_speed[sample])
-        other, speed = replay.shapes[replay.pair + 1].name, replay.unit.text(abs(closing))
+        speed = replay.unit.text(abs(closing))
         return f"{other} {fixed(apart, 2)} m away, {'closing' if closing >= 0.0 else 'going apart'} at {speed}"
 
 

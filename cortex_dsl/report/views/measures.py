@@ -27,6 +27,7 @@ from cortex_dsl.report.findings.readable import (
     ABSENT,
     KM_H,
     M_S,
+    NOT_LEVEL,
     SpeedUnit,
     column_decimals,
     fixed,
@@ -36,7 +37,7 @@ from cortex_dsl.report.findings.readable import (
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS, RunReport
 from cortex_dsl.report.views.run import objectives_table, records_table, timeline
 from cortex_dsl.semantics.names.linking import FixedParam
-from engine.metrics import Metric
+from engine.metrics import Metric, apart_in_height, never_on_one_level
 from engine.outcomes import PAIRS, Outcomes
 from engine.program import ParamSpace, Program
 from engine.risk import BANDS, PROFILES, Edges, RiskProfile
@@ -70,9 +71,10 @@ def _judgement(report: RunReport) -> Iterator[Title]:
     actors = report.program.actors
     if report.outcomes.min_distance.shape[1]:
         names = f"{actors[0]} and {actors[report.pair + 1]}"
-        yield Title("Metrics", [metrics_table(report.outcomes, report.pair, report.unit)], names)
+        table = metrics_table(report.outcomes, report.pair, report.unit, report.trajectory)
+        yield Title("Metrics", [table], names)
         yield risk_view(report.score, report.parts, report.profile)
-        yield from further_pairs(report.outcomes, actors, report.pair, report.unit)
+        yield from further_pairs(report.outcomes, actors, report.pair, report.unit, report.trajectory)
     measures = measures_blocks(report.metrics, actors, report.pair, report.unit)
     yield Title("Other measures", measures, "not part of the risk")
 
@@ -91,11 +93,13 @@ def course(
     ]
     if len(actors) > 1:
         between = trajectory.states[:, pair + 1, : State.HEADING] - trajectory.states[:, 0, : State.HEADING]
-        apart = np.hypot(between[:, 0], between[:, 1])
+        apart = np.where(apart_in_height(trajectory, pair + 1), np.nan, np.hypot(between[:, 0], between[:, 1]))
         lines.append(_line(Value("apart", "warn"), trajectory, pair + 1, apart, "m"))
     both = len(actors) > 1 and paired
     note = f"speeds, and the distance between the centres of {actors[0]} and {actors[pair + 1]}" if both else "speed"
     shown = [Line(label, values[scored].tolist(), _range(values[scored], unit)) for label, values, unit in lines]
+    if len(actors) > 1 and never_on_one_level(trajectory, pair + 1):
+        shown[-1] = replace(shown[-1], extent=NOT_LEVEL)
     return Title("Over time", [Curve(shown, end)], note)
 
 
@@ -121,15 +125,18 @@ MEANINGS: Mapping[str, str] = {
 IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
-def metrics_table(outcomes: Outcomes, pair: int, unit: SpeedUnit = KM_H) -> Table:
+def metrics_table(outcomes: Outcomes, pair: int, unit: SpeedUnit = KM_H, trajectory: Trajectory | None = None) -> Table:
     """Return the metrics of a pair of the first run, with the time of each; `unit`: that of speeds."""
     rows = []
+    apart = trajectory is not None and never_on_one_level(trajectory, pair + 1)
     for metric in (each for each in PAIRS if each.of_risk):
         number, when = (float(getattr(outcomes, name)[0, pair]) for name in (metric.name, metric.when))
         speed = metric.unit == M_S.name
         text, name = (unit.number(number, 2), unit.name) if speed else (fixed(number, 2), metric.unit)
         value = Value(text, "", number), Value(f" {name:<4}", "unit")
         at = Value(f"at {fixed(when, 2)} s", "quiet", when)
+        if apart:
+            value, at = (Value(NOT_LEVEL, "quiet", number),), Value("", "quiet", when)
         rows.append((Value(metric.symbol, "title"), value, MEANINGS[metric.symbol], at))
     return Table((Column(), NUMBER, WRAPS, NUMBER), rows, header=False, name="params")
 
@@ -233,19 +240,23 @@ def _side_by_side(metrics: Sequence[Metric], actors: Sequence[str]) -> Words:
 MOST = 12
 
 
-def further_pairs(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit) -> list[Title]:
+def further_pairs(
+    outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit, trajectory: Trajectory
+) -> list[Title]:
     """Return a view with a line for each pair except the deciding one, the nearest first; empty without any."""
     nearest = [k for k in np.argsort(outcomes.min_distance[0], kind="stable").tolist() if k != pair]
     if not nearest:
         return []
-    rows = [_pair_row(outcomes, actors, k, unit) for k in nearest[:MOST]]
+    rows = [_pair_row(outcomes, actors, k, unit, trajectory) for k in nearest[:MOST]]
     numbers = [Column(head, numbers=True) for head in ("MS", "D_MS", "TTC_MS")]
     columns = WRAPS, Column("MD", numbers=True), Column(), *numbers
     more = "" if len(nearest) <= MOST else f", the nearest {MOST} of {len(nearest):,}"
     return [Title("Further pairs", [Table(columns, rows, name="pairs")], f"{actors[0]} and …{more}")]
 
 
-def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit) -> Sequence[Words]:
+def _pair_row(
+    outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit, trajectory: Trajectory
+) -> Sequence[Words]:
     name = Value(actors[pair + 1], actor_style(pair + 1))
     distance, time, speed, at_ms, ttc = (
         float(values[0, pair])
@@ -258,7 +269,8 @@ def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedU
         )
     )
     if not math.isfinite(distance):
-        return name, Value("never met", "quiet"), "", "", "", ""
+        words = NOT_LEVEL if never_on_one_level(trajectory, pair + 1) else "never met"
+        return name, Value(words, "quiet"), "", "", "", ""
     at = Value(f"at {fixed(time, 2)} s", "quiet")
     return name, f"{fixed(distance, 2)} m", at, unit.text(speed), f"{fixed(at_ms, 2)} m", f"{fixed(ttc, 2)} s"
 

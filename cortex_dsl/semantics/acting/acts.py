@@ -337,6 +337,7 @@ def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expressio
 
 def _take(body: Body, node: nodes.Take) -> ir.Block:
     commands: list[tuple[Command, Term]] = []
+    demands: list[ir.Act] = []
     plain = body.ev.moment.actor is not None and body.ev.moment.actor.plain
     before: list[ir.Act] = []
     for action in node.actions:
@@ -346,14 +347,18 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
             continue
         if plain and not isinstance(value, ActionCall | BuiltinValue):
             continue  # nothing in the language moves an `Object`: its actions only end its turn
-        commands += [_action(body, each, action) for each in (value if isinstance(value, tuple) else (value,))]
+        for each in value if isinstance(value, tuple) else (value,):
+            commands.append(_action(body, each, action))
+            if isinstance(each, ActionCall) and each.fits is not None:
+                name = f"{body.inliner.owner}: {each.name} along the heading"
+                demands.append(ir.Demand(action.span, each.fits, bodies.abort_rule(body.ev, action.span, name)))
     known = [command for command, _ in commands]
     for command in known:
         if known.count(command) > 1:
             raise SAME_ACTION.mistake(node.span, command=command.name.lower())
     if not commands:
         return (*before, ir.Wait(node.span))
-    return (*before, ir.Take(node.span, tuple(commands)))
+    return (*before, *demands, ir.Take(node.span, tuple(commands)))
 
 
 def _action(body: Body, value: Value, node: nodes.Expression) -> tuple[Command, Term]:

@@ -39,6 +39,7 @@ from cortex_dsl.semantics.evaluation.seeing import unhidden
 from cortex_dsl.semantics.evaluation.trajectories import Trajectory, trajectory
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import Term, cos, maximum, path_project, sin
+from engine.maps import Roundabout
 from engine.road.linking import Window, windows
 from engine.road.network import LaneRole, Maneuver
 from engine.road.sections import maneuver_of
@@ -125,7 +126,7 @@ def must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
 
 
 def _base_gap(maneuver: Maneuver) -> float:
-    if maneuver.intersection.network.links.gives_way is not None:
+    if isinstance(maneuver.intersection.network.spec, Roundabout):
         return ROUNDABOUT_GAP
     if maneuver.type is ManeuverType.STRAIGHT:
         return STRAIGHT_GAP

@@ -34,7 +34,7 @@ from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Valu
 from cortex_dsl.semantics.model.wording import kind_name, spoken_unit
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES
 from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, subformulas
-from cortex_dsl.semantics.quantities.algebra import Operation, Term
+from cortex_dsl.semantics.quantities.algebra import Operation, Term, where
 from cortex_dsl.semantics.quantities.bounds import folded, interval, is_dynamic, margin_of, truth_of
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
 from cortex_dsl.source import Span
@@ -222,15 +222,25 @@ Column = tuple[str, Term, ir.Dimension]
 """Suffix of the record's name, the number, and its dimension."""
 
 
-def keep_record(ev: Evaluator, node: nodes.Record) -> None:
-    """A record, at a running moment."""
+def keep_record(ev: Evaluator, node: nodes.Record, going: Term | None = None) -> None:
+    """A record, at a running moment; `going`: while this holds, such as that a scenario runs.
+
+    Each scenario that runs the same statement adds the values of its own time.
+    """
     name = node.name or f"{node.when} {ev.facts.source.words(node.value.span)}".lstrip()
+    conditions, during, earlier = ev.run.built.rule_conditions, -1, None
+    if going is not None:
+        key = Span(node.span.start, node.span.start), RuleKind.WATCH
+        during, earlier = ev.file.run.rule(key[0], f"{name}: while it is recorded", key[1]), conditions.get(key)
+        conditions[key] = going if earlier is None else earlier | going
     for i, (suffix, value, dimension) in enumerate(_columns(ev.evaluate(node.value), node.value.span)):
         # Rules are known by their places: each column of one value gets a place of its own.
         place = Span(node.value.span.start, node.value.span.start + i)
         watch = ev.file.run.rule(place, name + suffix, RuleKind.WATCH)
-        ev.run.built.rule_conditions[place, RuleKind.WATCH] = value
-        made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.facts.line(node.span))
+        before = conditions.get((place, RuleKind.WATCH))
+        together = going is None or earlier is None or before is None
+        conditions[place, RuleKind.WATCH] = value if together else where(going, value, before)
+        made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.facts.line(node.span), during)
         _keep_column(ev, node, made)
 
 

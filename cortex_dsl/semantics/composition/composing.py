@@ -14,6 +14,7 @@ from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.acts import CLOCK_TOLERANCE
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
+from cortex_dsl.semantics.acting.rules import keep_record
 from cortex_dsl.semantics.acting.statements import known_limit, required_monitor
 from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
@@ -101,7 +102,11 @@ class Coroutine:
         """The monitors that the scenario requires; they start with it."""
         run = body.ev.run
         for statement in self._rules(nodes.Record):
-            self._refuse(body, statement, "record", "a value is kept over the whole run", "record it at the top level")
+            assert isinstance(statement, nodes.Record)
+            try:
+                keep_record(body.ev, statement, body.ev.algebra.running(self.composer.instance.monitor))
+            except Mistake as mistake:
+                body.ev.report(mistake)
         for statement in self._rules(nodes.Domain):
             self._refuse(body, statement, "domain", "its cells are those of whole runs", "write it at the top level")
         for kind in (nodes.Expect, nodes.Optimize):

@@ -312,7 +312,7 @@ def surely_first(statements: Sequence[nodes.Statement]) -> frozenset[Span]:
 # -- `override x with property value` ----------------------------------------------------------------------------------
 
 
-SETTLED = ("name", "allowCollisions", "regionContainedIn", "requireVisible")
+SETTLED = ("name", "allowCollisions", "regionContainedIn", "requireVisible", "level")
 """Properties that are used before the run only."""
 
 

@@ -124,6 +124,18 @@ NEVER_LEAVES = Problem(
     "`after` measures from where it leaves",
     "add the lane that leads through, and the one after it: `[m.startLane, m.connectingLane, m.endLane]`",
 )
+BAD_SEGMENT = Problem(
+    "SCN517",
+    "this is no valid `{word}`",
+    "{reason}",
+    "{cure}",
+)
+TOO_SHARP = Problem(
+    "SCN469",
+    "this path has a radius of {radius}, but the {name} turns no tighter than {least}",
+    "`wheelbase` and `maxSteer` limit the radius of its rear axle",
+    "give the path larger radii, or the object a larger `maxSteer`",
+)
 OTHER_SIDE = Problem(
     "SCN485",
     "a distance {word} {region} cannot be negative",
@@ -194,13 +206,19 @@ NO_SINGLE_INTERSECTION = Problem(
 NO_MAP_FILE = Problem(
     "SCN438",
     "there is no file `{file}` beside this one",
-    "`map opendrive` reads the roads of an OpenDRIVE file",
+    "`map {kind}` reads the roads of {format} file",
     "put the file there, or give its path relative to this file",
 )
 BAD_MAP_FILE = Problem(
     "SCN439",
     "the roads of `{file}` cannot be read: {message}",
     cure="{cure}",
+)
+BAD_ORIGIN = Problem(
+    "SCN468",
+    "`origin` is latitude and longitude in degrees, but this is {actual}",
+    "(0, 0) of the scenario lies there; a map has coordinates up to 80 degrees north and south",
+    'as in `map lanelet2("town.osm", origin=(49.0, 8.4))`',
 )
 MAP_REMARK = note(
     "SCN449",
@@ -212,8 +230,14 @@ MAP_LEVELS = note(
     "map `{file}`: {message}",
     "actors whose roads are {level:g} m or more apart in height neither see, obstruct nor strike one another; slopes "
     "have no effect, and a bridge hides nothing",
-    "give a vehicle the heading of its road: where roads overlap, it begins on the one that it faces along, and a "
-    "person or an obstacle on that of the ego",
+    "where roads overlap, say on which one an object begins, as in `with level network.roads[0]`, or give a vehicle "
+    "the heading of its road",
+)
+LOWER_LEVEL = note(
+    "SCN467",
+    "`{name}` begins on `{lower}`, {height:.1f} m below `{upper}`",
+    "of several roads over one point the lowest is taken",
+    'name the other one, as in `with level "{upper}"`',
 )
 MAP_UNREAD = note(
     "SCN466",

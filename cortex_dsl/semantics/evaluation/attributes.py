@@ -10,7 +10,17 @@ from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN, NOT_STARTED, ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import LAST_ACTIONS
-from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals, streets
+from cortex_dsl.semantics.evaluation import (
+    alignments,
+    driving,
+    lanes,
+    lists,
+    over_run,
+    regions,
+    relations,
+    signals,
+    streets,
+)
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, position, state
 from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
@@ -19,6 +29,7 @@ from cortex_dsl.semantics.model.areas import Area, Coordinates, Elements, RoadSe
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
+    Alignment,
     Centerline,
     Closure,
     DirectionField,
@@ -250,6 +261,7 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
 _VECTOR: dict[str, Callable[[Evaluator, Vector], Value]] = {
     "x": lambda _, point: Quantity(point.x, None if isinstance(point, Coordinates) else LENGTH),
     "y": lambda _, point: Quantity(point.y, None if isinstance(point, Coordinates) else LENGTH),
+    "z": lambda ev, _: Quantity(ev.algebra.literal(0.0), LENGTH),
     "position": lambda _, point: point,
 }
 
@@ -298,6 +310,7 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (Intersection, _INTERSECTION),
     (Network, _NETWORK),
     (Centerline, lanes.OF_CENTERLINE),
+    (Alignment, alignments.OF_PATH),
     (Vector, {**_VECTOR, "visibleRegion": regions.visible_region}),
     (Pose, {**_POSE, "visibleRegion": regions.visible_region}),
     (Velocity, _VELOCITY),
@@ -380,6 +393,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return ev.usable(ev.run.params[name])
     if isinstance(value, Area) and (found := regions.attribute(ev, value, name)) is not None:
         return found
+    if name == "containsRegion" and (region := lanes.region_of(value)) is not None:
+        return Closure(("other",), lambda other: regions.contains_rectangle(ev, region.id, other))
     if isinstance(value, LaneNow):
         return lanes.of_lane_now(ev, value, name, span)
     if isinstance(value, GroupNow):

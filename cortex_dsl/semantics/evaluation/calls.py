@@ -1,12 +1,14 @@
 """Calls: of functions, distributions, lambdas, actions and behaviours."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import MONITOR_USED, ONLY_WHILE_RUNNING, SCENARIO_USED, SETTLED_ARGUMENT
-from cortex_dsl.semantics.errors.values import NOT_CALLABLE
+from cortex_dsl.semantics.errors.values import NOT_CALLABLE, OUT_OF_RANGE
 from cortex_dsl.semantics.evaluation import (
+    alignments,
     doors,
     driving,
     functions,
@@ -48,12 +50,12 @@ from cortex_dsl.semantics.model.values import (
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind
 from cortex_dsl.semantics.names.properties import Domain
-from cortex_dsl.semantics.quantities.algebra import Term, wrapped
-from cortex_dsl.semantics.quantities.bounds import is_dynamic
-from cortex_dsl.semantics.quantities.units import ANGLE, PURE
+from cortex_dsl.semantics.quantities.algebra import Term, atan2, hypot, where, wrapped
+from cortex_dsl.semantics.quantities.bounds import closed_value, is_dynamic
+from cortex_dsl.semantics.quantities.units import ANGLE, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Command
+from engine.vocabulary import ActorKind, Command
 
 # -- steering as Scenic's scripts give it: a share of the full angle, positive to the right ----------------------------
 
@@ -148,6 +150,7 @@ FUNCTIONS: Mapping[str, functions.Meaning] = {
     **over_run.MEANINGS,
     **regions.MEANINGS,
     **random_values.MEANINGS,
+    **alignments.MEANINGS,
     **texts.MEANINGS,
 }
 
@@ -157,6 +160,8 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     parameter = row.parameters[0]
     if row.command is None:
         return doors.open_door(ev, bound, span)
+    if row.name == "SetVelocityAction":
+        return _velocity_action(ev, row, bound, span)
     if row.name == "SetWalkingDirectionAction":
         return ActionCall(row.command, _turn_into(ev, bound[parameter.name], span), row.name)
     if row.command is Command.STEER and ev.facts.from_scenic:
@@ -165,6 +170,27 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
         reverse = bound[parameter.name]
         return ActionCall(row.command, numbers.truth(ev, reverse.value, reverse.span), row.name)
     return ActionCall(row.command, number_for(ev, parameter, bound[parameter.name]), row.name)
+
+
+OFF_HEADING = math.radians(3.0)
+"""Largest angle between a velocity and the heading of a vehicle that it is given to [rad]; *ours*."""
+
+
+def _velocity_action(ev: Evaluator, row: Builtin, bound: Mapping[str, Given], span: Span) -> Value:
+    """Return the actions for a velocity: a pedestrian turns into it, a vehicle must be heading that way."""
+    if (actor := ev.moment.actor) is None:
+        raise ONLY_WHILE_RUNNING.mistake(span, what="the object")
+    x, y = (number_for(ev, parameter, bound[parameter.name]) for parameter in row.parameters[:2])
+    up = bound.get("zVel")
+    if up is not None and closed_value(numbers.adopt(ev, up.value, SPEED, up.span, "a vertical speed")) != 0.0:
+        cure = "write 0, or leave it out: heights are not simulated"
+        raise OUT_OF_RANGE.mistake(up.span, what="a vertical speed", actual="another", expected="0 m/s", cure=cure)
+    heading, speed = geometry.current_pose(ev, actor).heading, hypot(x, y)
+    stands = speed <= 0.0
+    turn = where(stands, ev.algebra.literal(0.0), wrapped(atan2(y, x) - heading))
+    if actor.kind is ActorKind.PEDESTRIAN:
+        return ActionCall(Command.STEER, turn, row.name), ActionCall(Command.SPEED, speed, row.name)
+    return ActionCall(Command.SPEED, speed, row.name, abs(turn) <= OFF_HEADING)
 
 
 def _turn_into(ev: Evaluator, heading: Given, span: Span) -> Term:

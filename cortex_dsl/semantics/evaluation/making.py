@@ -24,6 +24,7 @@ from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
 from cortex_dsl.semantics.evaluation.attributes import property_value
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.functions import known_truth
+from cortex_dsl.semantics.evaluation.levels import lanes_of_level
 from cortex_dsl.semantics.evaluation.placements import Placement
 from cortex_dsl.semantics.evaluation.ranges import in_range, within
 from cortex_dsl.semantics.model.areas import Area
@@ -84,6 +85,8 @@ def _flag(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) 
         return known_truth(ev, value, span, f"`{name}`")
     if name in MEASURED:
         return _measured(ev, MEASURED[name], value, span)
+    if name == "level":
+        return lanes_of_level(ev, value, span)
     if name == "name" and not isinstance(value, str):
         raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
     return value
@@ -194,6 +197,10 @@ class ObjectBuilder:
     def declares(self, name: str) -> bool:
         return name in self.defaults
 
+    def has(self, name: str) -> bool:
+        """Return whether the object or its class gives a property."""
+        return name in self.defaults or any(each.property == name for each in self.given)
+
     def properties(self) -> dict[str, Value]:
         """Return all properties: first the given ones in their order, then the defaults.
 
@@ -278,8 +285,9 @@ class ObjectBuilder:
 
     def lies_anywhere(self) -> bool:
         """Return whether it may lie off the road."""
-        given = "regionContainedIn" in self.defaults or any(w.property == "regionContainedIn" for w in self.given)
-        return given and (self.get("regionContainedIn") is None or isinstance(self.get("regionContainedIn"), Area))
+        return self.has("regionContainedIn") and (
+            self.get("regionContainedIn") is None or isinstance(self.get("regionContainedIn"), Area)
+        )
 
     def default_heading(self, point: Vector) -> Term | None:
         """Return the default heading of the class [rad]; None if it has none."""

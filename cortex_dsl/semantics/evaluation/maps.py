@@ -10,7 +10,7 @@ from typing import Any
 from cortex_dsl.ir import Dimension
 from cortex_dsl.semantics.errors.names import DUPLICATE, NOT_SUPPORTED, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.scene import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
+from cortex_dsl.semantics.errors.scene import BAD_MAP, BAD_MAP_FILE, BAD_ORIGIN, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
 from cortex_dsl.semantics.errors.values import NOT_FINITE
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each, items_of
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
@@ -23,10 +23,10 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
 from engine.errors import CortexError, InterchangeError
-from engine.maps import KINDS, MapFile, MapSpec, Places
+from engine.maps import KINDS, LaneletFile, MapFile, MapSpec, Places
 from engine.road.build import MAKERS, wrong_numbers
 
-FILE = MapFile.kind
+FILE, LANELETS = MapFile.kind, LaneletFile.kind
 
 
 def _arguments(spec: type[MapSpec]) -> tuple[str, ...]:
@@ -36,7 +36,11 @@ def _arguments(spec: type[MapSpec]) -> tuple[str, ...]:
 
 
 MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {kind: ("file",) if kind == FILE else _arguments(spec) for kind, spec in KINDS.items()}
+    {
+        **{kind: _arguments(spec) for kind, spec in KINDS.items() if not issubclass(spec, MapFile)},
+        FILE: ("file",),
+        LANELETS: ("file", "origin"),
+    }
 )
 """Kinds of built-in maps, by the word after `map`."""
 WHOLE = frozenset({"ways", "lanes", "rows", "cols", "arms"})
@@ -53,7 +57,7 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
         raise UNKNOWN_MAP.mistake(node.span, kind=node.kind, suggestion=_kinds_like(node.kind))
     if ev.run.built.network is not None:
         raise MAP_TOO_LATE.mistake(node.span)
-    spec = _file(ev, node) if node.kind == FILE else _spec(ev, node)
+    spec = _file(ev, node) if node.kind in (FILE, LANELETS) else _spec(ev, node)
     ev.run.built.network = network_for(ev, spec, node.span)
 
 
@@ -61,7 +65,7 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
 
 
 def _file(ev: Evaluator, node: nodes.Map) -> MapSpec:
-    """The file that `map opendrive("FILE")` names.
+    """The file that `map opendrive("FILE")` or `map lanelet2("FILE", origin=PLACE)` names.
 
     Raises:
         Mistake: it names none, or none that is there and can be read.
@@ -69,18 +73,40 @@ def _file(ev: Evaluator, node: nodes.Map) -> MapSpec:
     given, mistaken = evaluate_each(ev, node.arguments)
     if mistaken:
         raise Mistake
-    if len(given) != 1 or given[0].name not in (None, "file") or not isinstance(given[0].value, str):
+    places = [each for each in given if each.name == "origin" and node.kind == LANELETS]
+    files = [each for each in given if each not in places]
+    if len(files) != 1 or len(places) > 1 or files[0].name not in (None, "file") or not isinstance(files[0].value, str):
+        example = (
+            'opendrive("roads/town.xodr")' if node.kind == FILE else 'lanelet2("roads/town.osm", origin=(49, 8.4))'
+        )
         raise NOT_SUPPORTED.mistake(
             given[0].span if given else node.span,
-            what="`map opendrive` takes the name of one file",
+            what=f"`map {node.kind}` takes the name of one file" + (" and `origin`" if node.kind == LANELETS else ""),
             reason="",
-            cure='as in `map opendrive("roads/town.xodr")`, relative to this file',
+            cure=f"as in `map {example}`, relative to this file",
         )
-    name, span = given[0].value, given[0].span
+    name, span = files[0].value, files[0].span
+    origin = _origin(ev, places[0]) if places else None
     found = ev.facts.find_map(name)
     if found is None:
-        raise NO_MAP_FILE.mistake(span, file=name)
-    return _read(ev, name, found, span)
+        what = "an OpenDRIVE" if node.kind == FILE else "a Lanelet2"
+        raise NO_MAP_FILE.mistake(span, file=name, kind=node.kind, format=what)
+    return _read(ev, name, found, span, origin, node.kind)
+
+
+def _origin(ev: Evaluator, given: Given) -> tuple[float, float]:
+    """Return the latitude and longitude of (0, 0) [deg]."""
+    items = items_of(given.value, given.span, "`origin`")
+    if len(items) != 2:
+        raise BAD_ORIGIN.mistake(given.span, actual=f"a list of {len(items)}")
+    latitude, longitude = (_number(ev, Given(each, given.span), PURE, "`origin` of the map") for each in items)
+    if not -UTM_NORTH <= latitude <= UTM_NORTH or not -180.0 <= longitude <= 180.0:
+        raise BAD_ORIGIN.mistake(given.span, actual=f"({latitude:g}, {longitude:g})")
+    return latitude, longitude
+
+
+UTM_NORTH = 80.0
+"""Latitude up to which a map has UTM coordinates, in both directions; the standard ends at 80 S and 84 N [deg]."""
 
 
 def read_named(ev: Evaluator, value: Value, span: Span) -> bool:
@@ -100,20 +126,31 @@ def read_named(ev: Evaluator, value: Value, span: Span) -> bool:
     return True
 
 
-def _read(ev: Evaluator, name: str, found: str, span: Span) -> MapFile:
+def _read(
+    ev: Evaluator, name: str, found: str, span: Span, origin: tuple[float, float] | None = None, kind: str = FILE
+) -> MapFile:
     """The specification of a file, which all variants share."""
-    if name not in ev.file.roads.map_files:
-        from engine.road.opendrive.network import map_file
-
+    key = name if kind == FILE else f"{name} at {origin}"
+    if key not in ev.file.roads.map_files:
         try:
-            ev.file.roads.map_files[name] = map_file(Path(found).resolve(), name)
+            ev.file.roads.map_files[key] = _specified(Path(found).resolve(), name, origin, kind)
         except OSError as error:
             reason = error.strerror or "it cannot be read"
             raise BAD_MAP_FILE.mistake(span, file=name, message=reason, cure="name a file that can be read") from error
         except CortexError as error:
             place = f"{error.place}: " if isinstance(error, InterchangeError) and error.place else ""
             raise BAD_MAP_FILE.mistake(span, file=name, message=f"{place}{error.message}", cure=error.cure) from error
-    return ev.file.roads.map_files[name]
+    return ev.file.roads.map_files[key]
+
+
+def _specified(path: Path, name: str, origin: tuple[float, float] | None, kind: str) -> MapFile:
+    if kind == LANELETS:
+        from engine.road.lanelet2.network import lanelet_file
+
+        return lanelet_file(path, name, origin)
+    from engine.road.opendrive.network import map_file
+
+    return map_file(path, name)
 
 
 # -- arguments ---------------------------------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ from cortex_dsl.semantics.errors.values import BESIDE_THE_ROAD
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.doors import add_doors
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
+from cortex_dsl.semantics.evaluation.levels import along_nearest, lower_lanes, require_level
 from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class
 from cortex_dsl.semantics.evaluation.mutation import mutated, record
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_origin, within
@@ -245,6 +246,7 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: SpecifierGroups, making: O
     _let_change(ev, actor)
     ev.run.built.actors.append(actor)
     add_doors(ev, actor, _unique)
+    require_level(ev, actor, node.span)
     _require_of(ev, actor, placed[0], node)
     for sight in found.sights:
         seen = Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen))
@@ -333,8 +335,26 @@ def _actor_pose(
         heading = making.default_heading(placement.point) if found.settled is None else None
         if heading is not None:
             placement = replace(placement, heading=heading, lane=None)
+    if off_road is None:
+        placement = _on_level(making, node, found, placement, name or node.class_name)
     default = road_heading(placement.point.x, placement.point.y) if off_road is None else off_road
     return _posed(ev, node, found, placement, default, name)
+
+
+def _on_level(
+    making: ObjectBuilder, node: nodes.New, found: SpecifierGroups, placement: Placement, name: str
+) -> Placement:
+    """Head a vehicle along the road of its level. Without a heading of its own it takes the lower one of two."""
+    free = not found.facings and found.settled is None
+    if making.has("level"):
+        lanes = making.get("level")
+    elif free and placement.heading is None:
+        lanes = making.values["level"] = lower_lanes(making.ev, name, placement.point, node.span)
+    else:
+        return placement
+    if not lanes or not free or placement.lane is not None or not (placement.drawn or placement.heading is None):
+        return placement
+    return replace(placement, heading=along_nearest(making.ev, lanes, placement.point))
 
 
 def _on_foot(ev: Evaluator, node: nodes.New, *, with_heading: bool) -> Placement:

@@ -39,6 +39,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     hypot,
     maximum,
     minimum,
+    region_contains_box,
     sin,
     sqrt,
     table,
@@ -334,7 +335,8 @@ def _rectangle(ev: Evaluator, position: Given, heading: Given, width: Given, len
     }
     corners = tuple(moved(middle, ahead, x * across, y * along) for x, y in CORNERS)
     area = Area("a rectangle", contains, draw=draw, weight=across * along, distance=distance, attributes=known)
-    return convex(replace(area, corners=corners))
+    outline = ev.algebra.pack(middle.x, middle.y, ahead, along, across)
+    return convex(replace(area, corners=corners, outline=outline))
 
 
 MOST_PARTS = 64
@@ -434,6 +436,15 @@ def _contains_region(ev: Evaluator, area: Area, other: Value) -> Value:
         expected = "a rectangle" if inner.corners is None else "a circle, a rectangle or a polygon"
         raise WRONG_KIND.mistake(span, what=what, expected=expected, actual=kind_name(other), cure=cure)
     return Truth(area.holds(inner.corners))
+
+
+def contains_rectangle(ev: Evaluator, region: int, other: Value) -> Value:
+    """Return whether a rectangle lies in a region of the map, given by its index."""
+    if not isinstance(other, Area) or other.outline is None:
+        cure = "as in `road.containsRegion(RectangularRegion((0, 0), 0, 4, 9))`"
+        what = "the region in `containsRegion` of a region of the map"
+        raise WRONG_KIND.mistake(ev.algebra.span, what=what, expected="a rectangle", actual=kind_name(other), cure=cure)
+    return Truth(region_contains_box(float(region), other.outline))
 
 
 attribute_names = (*_JOINED, "containsRegion")

@@ -28,7 +28,7 @@ from cortex_dsl.semantics.names.street_words import MADE_BY, OUTSIDE
 from cortex_dsl.semantics.quantities.algebra import Term, equal, region_contains, table, where
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
-from engine.maps import MapFile
+from engine.maps import LaneletFile, MapFile
 from engine.road.areas import WALKABLE, region_of_kinds, surface_at, vehicle_region
 from engine.road.network import Intersection, Lane, LaneGroup, Network, Road, Surface, SurfaceKind
 from engine.road.sections import group_of, opposite_group, road_of
@@ -55,7 +55,9 @@ def missing(ev: Evaluator, kinds: Kinds, name: str, span: Span) -> None:
     """Raise Mistake: the map has no element of these kinds."""
     if isinstance(network_of(ev).spec, MapFile):
         types = " or ".join(f"`{each}`" for each in OUTSIDE[kinds[0]])
-        reason, cure = f"its file has no {types}", "take a file that has some, or a road made by `map`"
+        lanelets = isinstance(network_of(ev).spec, LaneletFile)
+        reason = "its file has no such lanelets" if lanelets else f"its file has no {types}"
+        cure = "take a file that has some, or a road made by `map`"
     else:
         reason, cure = "its `map` line asks for none", f"write `{MADE_BY[kinds[0]]}` into it"
     raise NOT_ON_MAP.mistake(span, name=name, reason=reason, cure=cure)

@@ -58,6 +58,8 @@ class Area:
     """Whether all objects must lie in it."""
     corners: Sequence[Vector] | None = None
     """Corners of an area that is an outline itself, in order."""
+    outline: Term | None = None
+    """Packed x, y, heading, length and width of a rectangle."""
 
 
 def convex(area: Area) -> Area:

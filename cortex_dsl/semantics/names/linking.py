@@ -86,14 +86,16 @@ class _Linker:
         for statement in import_statements(module):
             if len(self.diagnostics) >= FILE_LIMIT:
                 return
-            file = self._file(statement, stack)
+            file = self._file(statement, stack, module)
             if file is not None:
                 self.found[statement.span] = file
 
-    def _file(self, node: nodes.Import | nodes.ImportFrom, stack: tuple[str, ...]) -> ImportedFile | None:
+    def _file(
+        self, node: nodes.Import | nodes.ImportFrom, stack: tuple[str, ...], module: nodes.Module
+    ) -> ImportedFile | None:
         name = self.files.find(stack[-1], _candidates(node))
         if name is None:
-            self.diagnostics.append(_missing(node, self._others_there(node, stack)))
+            self.diagnostics.append(_missing(node, self._others_there(node, stack), module))
             return None
         identity = self.files.identity(name)
         running = [self.files.identity(each) for each in stack]
@@ -148,11 +150,35 @@ INSTEAD_OF_PYTHON = (
 )
 
 
-def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str]) -> Diagnostic:
+CHANCE = {
+    "uniform": "Range(low, high)",
+    "random": "Range(0, 1)",
+    "rand": "Range(0, 1)",
+    **dict.fromkeys(("randint", "randrange", "integers"), "DiscreteRange(low, high)"),
+    **dict.fromkeys(("gauss", "normal", "normalvariate", "randn"), "Normal(mean, deviation)"),
+    "truncnorm": "TruncatedNormal(mean, deviation, low, high)",
+    "choice": "Uniform(*items)",
+    "choices": "Discrete({a: 2, b: 1})",
+    "shuffle": "do shuffle A(), B()",
+}
+"""Functions of Python's `random` and of `numpy.random`, and what is written instead."""
+
+
+def _of_chance(node: nodes.Import | nodes.ImportFrom, module: nodes.Module) -> str:
+    """Return the distributions that replace the functions of chance of a file with such an import."""
+    used = [each.name for each in node.names] if isinstance(node, nodes.ImportFrom) else []
+    used += [each.name for each in everything_in(module) if isinstance(each, nodes.Attribute)]
+    found = dict.fromkeys(name for name in used if name in CHANCE)
+    return "; ".join(f"for `{name}` write `{CHANCE[name]}`" for name in found if len(found) == 1 or name != "random")
+
+
+def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str], module: nodes.Module) -> Diagnostic:
     spelled = there if node.quoted else [_dotted(path) for path in there]
     suggestion = did_you_mean(node.path, spelled) or "there is no other scenario file in that folder"
     if not node.quoted and node.path.split(".")[0] in PYTHON:
         suggestion = INSTEAD_OF_PYTHON
+        if node.path.split(".")[0] in ("random", "numpy") and (chance := _of_chance(node, module)):
+            suggestion = f"scenarios import no Python: {chance}"
     return MISSING_IMPORT.at(
         node.path_span, path=" or ".join(f"`{path}`" for path in _candidates(node)), suggestion=suggestion
     )

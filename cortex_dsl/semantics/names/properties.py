@@ -133,6 +133,7 @@ FLAGS: Mapping[str, str] = {
     "requireVisible": "Whether the ego must see it at the start.",
     "doorLength": "Length of the doors that it opens, 1 m without it.",
     "age": "Years of a person on foot, by which behaviors draw the walking speed.",
+    "level": "The road on whose level it begins, where roads pass over one another.",
 }
 """Properties that are not numbers."""
 

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.maps import MapFile, MapSpec
+from engine.errors import InterchangeError
+from engine.maps import LaneletFile, MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Network, Road, build_network
 from engine.road.opendrive.drawing import lane_stretches
 from engine.road.opendrive.linking import Links
@@ -172,7 +173,14 @@ class RoadMap:
 
 
 def _in_file(spec: MapFile) -> tuple[LanePlace, ...]:
-    """Return the places of a file's lanes, under their names in the file."""
+    """Return the places of a file's lanes, under their names in the file.
+
+    Raises:
+        InterchangeError: it is no OpenDRIVE file.
+    """
+    if isinstance(spec, LaneletFile):
+        what = "this format names roads and lanes of OpenDRIVE, and a Lanelet2 map has none"
+        raise InterchangeError(what, "export to csv, mcap, commonroad or scn", spec.file)
     plan = plan_of(spec.path, spec.digest)
     return tuple(_file_place(plan.links, each) for each in plan.lanes)
 

@@ -83,6 +83,7 @@ def packed(network: Network, gap: float, turn: float) -> Contents:
         ],
         "links": {name: getattr(links, name) for name in LINKED},
         "beside": None if links.beside is None else [(lane, *both) for lane, both in links.beside.items()],
+        "gives_way": links.gives_way,
         "signs": [tuple(getattr(sign, name) for name in ONE_SIGN) for sign in network.signs],
         "surfaces": [(each.kind.value, *(getattr(each, name) for name in ONE_SURFACE)) for each in network.surfaces],
         "limits": list(network.speed_limits.items()),
@@ -212,7 +213,8 @@ def _leg(
 def _links(text: Mapping[str, Any]) -> Links:
     rows: dict[str, list[Any]] = {name: [_tuple_of(each) for each in text["links"][name]] for name in LINKED}
     beside = None if text["beside"] is None else {lane: (left, right) for lane, left, right in text["beside"]}
-    return Links(**rows, beside=beside)
+    gives_way = None if text["gives_way"] is None else [tuple(each) for each in text["gives_way"]]
+    return Links(**rows, beside=beside, gives_way=gives_way)
 
 
 def _tuple_of(value: Any) -> Any:

@@ -1,22 +1,16 @@
 """The network of an OpenDRIVE file, made of its plan element by element."""
 
-import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from engine.maps import MapFile
 from engine.opendrive.near_roads import OdrSignal
-from engine.opendrive.roads import OdrRoad
 from engine.road.areas import CARRIAGEWAY
+from engine.road.file_roads import Way, add_roads, intersection, role_of
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
-    Arm,
-    Intersection,
     Lane,
-    LaneGroup,
-    LaneRole,
     Network,
-    Road,
     RoadSign,
     Surface,
     SurfaceKind,
@@ -70,19 +64,15 @@ class _Builder:
         network.speed_limits = {
             index: each.speed_limit for index, each in enumerate(plan.lanes) if each.speed_limit is not None
         }
-        by_road: dict[str, list[Lane]] = defaultdict(list)
-        for lane in network.lanes:
-            by_road[lane.road].append(lane)
-        roads = [self.road(name, lanes) for name, lanes in by_road.items()]
-        network.roads = tuple(road for road in roads if road.lanes[0].role is not LaneRole.CONNECTING)
-        network.connecting_roads = tuple(road for road in roads if road.lanes[0].role is LaneRole.CONNECTING)
+        add_roads(network)
         ways = [(number, way) for number, each in enumerate(plan.junctions.values()) for way in each]
         network.maneuvers = tuple(
             maneuver(index, number, *(network.lanes[lane] for lane in way[1:]))
             for index, (number, way) in enumerate(ways)
         )
         network.intersections = tuple(
-            self.intersection(number, junction, areas[junction]) for number, junction in enumerate(plan.junctions)
+            intersection(network, number, f"junction{junction}", areas[junction], [Way(*way[1:]) for way in ways])
+            for number, (junction, ways) in enumerate(plan.junctions.items())
         )
         network.signs = tuple(signs_of(plan.links))
         self.add_surfaces()
@@ -99,7 +89,12 @@ class _Builder:
             self.network,
             index,
             each.name,
-            self.role(index, self.plan.links.sections[road].road),
+            role_of(
+                index,
+                connects=self.plan.links.sections[road].road.junction != THROUGH,
+                starts=self.starts,
+                ends=self.ends,
+            ),
             each.width,
             path,
             region,
@@ -107,13 +102,6 @@ class _Builder:
             each.number,
             each.lane.forward,
         )
-
-    def role(self, index: int, road: OdrRoad) -> LaneRole:
-        if road.junction != THROUGH:
-            return LaneRole.CONNECTING
-        if index in self.starts:
-            return LaneRole.LINK if index in self.ends else LaneRole.INCOMING
-        return LaneRole.OUTGOING if index in self.ends else LaneRole.THROUGH
 
     def add_surfaces(self) -> None:
         """Add all surfaces; crossings, which come last, get the sidewalks at their ends."""
@@ -137,51 +125,6 @@ class _Builder:
                 network.between_kerbs = merged([*strips, self.plan.surface])
             except NoSurface:
                 network.remarks += ("the area between the kerbs cannot be computed: vehicles start on the lanes only",)
-
-    def road(self, name: str, lanes: Sequence[Lane]) -> Road:
-        lanes = sorted(lanes, key=lambda lane: lane.number)
-        forward, backward = (
-            LaneGroup(self.network, name, way, tuple(lane for lane in lanes if lane.forward is way))
-            for way in (True, False)
-        )
-        return Road(self.network, name, forward, backward, ())
-
-    def intersection(self, number: int, junction: str, area: int) -> Intersection:
-        lanes, ways = self.network.lanes, self.plan.junctions[junction]
-        corners = self.plan.areas[junction].edges[:, :2]
-        center = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        starts = [lanes[index] for index in dict.fromkeys(way.start for way in ways)]
-        ends = [lanes[index] for index in dict.fromkeys(way.end for way in ways)]
-        roads = dict.fromkeys(lane.road for lane in (*starts, *ends))
-        legs = [self.leg(road, starts, ends) for road in roads]
-        legs.sort(key=lambda leg: -math.remainder(leg[0] - math.pi / 2.0 - 1e-9, math.tau))
-        axis = legs[0][0]
-        made = tuple(
-            Arm(
-                road,
-                heading,
-                length,
-                incoming,
-                outgoing,
-                None,
-                int(abs(math.cos(heading - axis)) < math.sqrt(0.5)),
-            )
-            for heading, road, length, incoming, outgoing in legs
-        )
-        x, y = center.tolist()
-        return Intersection(self.network, number, f"junction{junction}", 0, number, (x, y), area, made)
-
-    def leg(
-        self, road: str, starts: Sequence[Lane], ends: Sequence[Lane]
-    ) -> tuple[float, str, float, tuple[Lane, ...], tuple[Lane, ...]]:
-        """Return heading of outgoing traffic, name and length of an arm, and its lanes at the junction."""
-        paths = self.network.paths
-        incoming = sorted((lane for lane in starts if lane.road == road), key=lambda lane: lane.number)
-        outgoing = sorted((lane for lane in ends if lane.road == road), key=lambda lane: lane.number)
-        lane = (outgoing or incoming)[0]
-        at_end = 0.0 if outgoing else lane.length
-        heading = paths.pose(lane.path, at_end).heading + (0.0 if outgoing else math.pi)
-        return math.remainder(heading, math.tau), road, lane.length, tuple(incoming), tuple(outgoing)
 
 
 # -- signals of the file, at their lanes -------------------------------------------------------------------------------

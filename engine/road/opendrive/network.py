@@ -4,6 +4,7 @@ Slow work is done once per content of a file, and stored in the user's cache (`c
 each time, since a scenario joins its own paths. Modules that read files are imported on demand.
 """
 
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
@@ -33,6 +34,12 @@ def file_network(spec: MapFile) -> Network:
     Raises:
         InterchangeError: the file is missing or has changed.
     """
+    checked_path(spec)
+    return unpacked(contents_of(spec.path, spec.digest), spec)
+
+
+def checked_path(spec: MapFile) -> None:
+    """Raise InterchangeError if the file of a map is missing or has changed."""
     path = Path(spec.path)
     found = digest_of(path) if path.is_file() else None
     if found != spec.digest:
@@ -40,7 +47,6 @@ def file_network(spec: MapFile) -> Network:
 
         what = "is not there" if found is None else f"has changed: its digest is {found}, not {spec.digest}"
         raise InterchangeError(f"the map {spec.file} {what}", "put the file back that the scenario was compiled with")
-    return unpacked(contents_of(spec.path, spec.digest), spec)
 
 
 # -- stored networks ---------------------------------------------------------------------------------------------------
@@ -61,16 +67,25 @@ def contents_of(path: str, digest: str) -> Contents:
     Raises:
         InterchangeError: it is not an OpenDRIVE file with drivable roads.
     """
-    libraries = (version(name) for name in ("numpy", "shapely"))
-    key = sha256("\0".join([digest, *libraries, fingerprint(CODE)]).encode()).hexdigest()
+
+    def read_file() -> Contents:
+        from engine.road.opendrive.making import read
+
+        return read(path, digest)
+
+    return stored(digest, CODE, read_file)
+
+
+def stored(name: str, code: Sequence[Path], read: Callable[[], Contents]) -> Contents:
+    """Return what `read` returns, from the cache if it was stored under this name by the same code and libraries."""
+    libraries = (version(library) for library in ("numpy", "shapely"))
+    key = sha256("\0".join([name, *libraries, fingerprint(code)]).encode()).hexdigest()
     entry = cached_file(f"roads-{key[:24]}.bin", FAMILY)
     if entry is not None:
         with suppress(OSError):
-            if (stored := from_bytes(entry.read_bytes(), key)) is not None:
-                return stored
-    from engine.road.opendrive.making import read
-
-    contents = read(path, digest)
+            if (found := from_bytes(entry.read_bytes(), key)) is not None:
+                return found
+    contents = read()
     if entry is not None:
         with suppress(OSError):
             write_one(entry, to_bytes(contents, key))

@@ -88,14 +88,14 @@ def levels(links: Links, found: Sequence[DrawnLane]) -> Levels:
     tiles = [
         tile for lane, each in zip(links.lanes, found, strict=True) for tile in _tiles(roads[lane.road], each, SPACING)
     ]
-    places = _places(tiles)
+    places = overlapping(tiles)
     apart = {pair: place for pair, place in places.items() if place[0] >= LEVEL}
     near = {pair: place for pair, place in places.items() if place[0] < LEVEL}
-    close = tuple(f"{each}: {ONE_PLANE}" for each in _sentences(near))
-    return Levels(tuple(_sentences(apart)), close, _heights(links, found) if apart else Levels().heights)
+    close = tuple(f"{each}: {ONE_PLANE}" for each in sentences(near))
+    return Levels(tuple(sentences(apart)), close, _heights(links, found) if apart else Levels().heights)
 
 
-def _sentences(places: Mapping[tuple[str, str], tuple[float, float, float]]) -> Iterator[str]:
+def sentences(places: Mapping[tuple[str, str], tuple[float, float, float]]) -> Iterator[str]:
     for (below, above), (height, x, y) in list(places.items())[:MOST]:
         yield f"road `{above[:40]}` passes {height:.1f} m above road `{below[:40]}` near ({x:.1f}, {y:.1f})"
     if len(places) > MOST:
@@ -139,7 +139,7 @@ def _tiles(road: OdrRoad, lane: DrawnLane, spacing: float) -> Iterator[Tile]:
             yield Tile(road.id, middle, value_at(road.heights, middle), (a, b, d, c))
 
 
-def _places(tiles: Sequence[Tile]) -> dict[tuple[str, str], tuple[float, float, float]]:
+def overlapping(tiles: Sequence[Tile]) -> dict[tuple[str, str], tuple[float, float, float]]:
     """Return by pair of roads, the lower one first, their difference in height and its place: (height, x, y) [m]."""
     corners: Floats = np.array([tile.corners for tile in tiles])
     polygons = shapely.make_valid(shapely.polygons(corners))

@@ -8,6 +8,7 @@ import pytest
 from cortex_dsl import Scenario, compile_text, ir
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.acting.yielding import everything
+from engine.driving.observations import series
 from engine.outcomes import Outcomes
 from engine.vocabulary import EndReason, State
 
@@ -373,3 +374,58 @@ def test_scenarios_do_not_belong_in_behaviours(said: Callable[[str], list[str]])
     text = "scenario A(x):\n    setup:\n        D = x\n\nbehavior B():\n    do A(3)\n\n"
     text += "b = new Car at (9, 2), with behavior B()\n"
     assert "SCN658" in said(text)
+
+
+# -- records of scenarios that others start ----------------------------------------------------------------------------
+
+WATCH = """
+scenario Watch(after):
+    setup:
+        record ego.x as x
+        record initial ego.x as first
+        record final ego.x as last
+        record ego.position as place
+    compose:
+        wait for after
+
+scenario Never():
+    setup:
+        record ego.speed as unseen
+    compose:
+        wait
+"""
+
+
+@pytest.mark.parametrize(
+    ("lines", "spans"),
+    [
+        (["do Watch(1 s)"], [(0.0, 0.95)]),
+        (["wait for 0.5 s", "do Watch(1 s)"], [(0.5, 1.45)]),
+        (["do Watch(0.5 s)", "wait for 0.5 s", "do Watch(1 s)"], [(0.0, 0.45), (1.0, 1.95)]),
+        (
+            ["while True:", "    do Watch(0.2 s)", "    wait for 0.3 s"],
+            [(at, at + 0.15) for at in (0.0, 0.5, 1.0, 1.5)],
+        ),
+    ],
+)
+def test_records_of_started_scenarios_have_their_time(lines: list[str], spans: list[tuple[float, float]]) -> None:
+    """The values of each time in which a scenario runs, of the whole run's values; none if it never runs."""
+    ends = "terminate after 1.5 s\n" if lines[0].startswith("while") else ""
+    lines = [*lines, "if False:", "    do Never()"]
+    scenario = composed(*lines, before=WATCH + ends + "record simulation().currentTime as clock\n")
+    run = scenario.watch(scenario.sample(1))
+    kept = {record.name: record for record in run.records}
+    time = run.trajectory.time
+    expected = [any(begin - 1e-9 <= at <= end + 1e-9 for begin, end in spans) for at in time[: len(kept["clock"].time)]]
+    counts = np.flatnonzero(expected)
+    np.testing.assert_array_equal(kept["x"].time, time[counts])
+    np.testing.assert_array_equal(kept["x"].values, run.trajectory.states[counts, 0, State.X])
+    np.testing.assert_array_equal(kept["place.x"].values, kept["x"].values)
+    assert kept["first"].values.tolist() == kept["x"].values[:1].tolist()
+    assert kept["last"].values.tolist() == kept["x"].values[-1:].tolist()
+
+
+def test_drivers_do_not_observe_records_of_a_part_of_the_run() -> None:
+    """An observation has a value in each turn, and these records have none before their scenario runs."""
+    scenario = composed("wait for 1 s", "do Watch(1 s)", before=WATCH + "record ego.speed as v\n")
+    assert [record.name for record in series(scenario.program)] == ["v"]

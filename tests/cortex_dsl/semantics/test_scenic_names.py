@@ -12,7 +12,7 @@ from engine.acceptance import measure_acceptance
 from engine.config import SimulationConfig
 from engine.sampling import sample
 from engine.streams import key_rows
-from engine.vocabulary import Column, Method
+from engine.vocabulary import Column, Method, State, Verdict
 
 SCRIPT = "map intersection()\nmodel scenic.domains.driving.model\nlane = intersection.incomingLanes[0]\n"
 
@@ -76,3 +76,86 @@ def test_the_height_is_shown(height: str, shown: str) -> None:
     with pytest.raises(CompileError) as refused:
         compile_text(f"{SCRIPT}ego = new Car at (1, 2, {height}), with regionContainedIn None\n")
     assert refused.value.diagnostics[-1].message.startswith(shown)
+
+
+# -- velocities --------------------------------------------------------------------------------------------------------
+
+MOVING = """
+behavior Go():
+    while True:
+        take SetVelocityAction({velocity})
+ego = new {kind} at (3, 40), facing {heading} deg, with behavior Go(), with regionContainedIn None
+terminate after 2 s
+"""
+
+
+@pytest.mark.parametrize("heading", [0, 37, -120, 180])
+@pytest.mark.parametrize("off", [0.0, 2.9, -2.9, 3.1, 90.0, 180.0])
+def test_a_vehicle_moves_along_its_heading(heading: float, off: float) -> None:
+    """With the speed of the velocity; one more than 3 degrees off its heading aborts the run, in both hosts."""
+    way = math.radians(heading + off + 90.0)  # files with a `model` line count headings from north
+    velocity = f"{5.0 * math.cos(way):.9f}, {5.0 * math.sin(way):.9f}, 0"
+    text = SCRIPT + MOVING.format(kind="Car", heading=heading, velocity=velocity)
+    scenario = compile_text(text)
+    scenes = scenario.sample(1)
+    batch, world = scenario.simulate(scenes), scenario.watch(scenes)
+    assert (batch.verdict[0] == Verdict.VALID) == (world.outcomes.verdict[0] == Verdict.VALID) == (abs(off) <= 3.0)
+    if abs(off) <= 3.0:
+        states = world.trajectory.states[-1, 0]
+        assert states[State.SPEED] == pytest.approx(5.0, abs=1e-6)
+        assert states[State.HEADING] == pytest.approx(scenes.values[0, Column.HEADING])
+
+
+@pytest.mark.parametrize(("x", "y"), [(1.5, 0.0), (-1.0, 1.0), (0.0, -2.0), (0.0, 0.0)])
+def test_a_pedestrian_turns_into_its_velocity(x: float, y: float) -> None:
+    """It goes that way at once, and stands without one."""
+    scenario = compile_text(SCRIPT + MOVING.format(kind="Pedestrian", heading=20, velocity=f"{x}, {y}"))
+    states = scenario.watch(scenario.sample(1)).trajectory.states[:, 0]
+    moved = states[-1, :2] - states[1, :2]
+    np.testing.assert_allclose(moved, np.array([x, y]) * (len(states) - 2) * 0.05, atol=1e-6)
+
+
+@pytest.mark.parametrize("arguments", ["(1, 2)", "1", "1, 2, 3", "300, 0", "1 m, 2 m"])
+def test_other_velocities_are_refused(arguments: str) -> None:
+    """Two speeds are needed, a third one is 0, and none is beyond every vehicle."""
+    with pytest.raises(CompileError):
+        compile_text(SCRIPT + MOVING.format(kind="Car", heading=0, velocity=arguments))
+
+
+# -- words of Python and of other tools --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "cure"),
+    [
+        ("import random\nx = random.uniform(1, 2)", "Range(low, high)"),
+        ("import numpy as np\nx = np.random.normal(1, 2)", "Normal(mean, deviation)"),
+        ("from random import choice\nx = choice([1, 2])", "Uniform(*items)"),
+        ("import random\nx = random.randint(1, 2)", "DiscreteRange(low, high)"),
+        ("x = TimeSeries(3)", "draws anew each time"),
+        ("def f():\n    global n\n    return 3", "self.count"),
+        ("a = new Car with behavior BasicAgentBehavior()", "FollowLaneBehavior"),
+    ],
+)
+def test_foreign_words_name_what_to_write(line: str, cure: str) -> None:
+    """The cure of the diagnostic names the distribution, the behavior or the statement instead."""
+    with pytest.raises(CompileError) as refused:
+        compile_text(f"model scenic.domains.driving.model\n{line}\nego = new Car on road\n")
+    assert any(cure in (each.cure or "") for each in refused.value.diagnostics)
+
+
+@pytest.mark.parametrize(("side", "holds"), [(1.0, True), (3.4, True), (3.6, False)])
+def test_regions_of_the_map_contain_rectangles(side: float, holds: bool) -> None:
+    """A lane of 3.5 m contains one of its width; other areas are refused."""
+    text = f"{SCRIPT}ego = new Car at (0, 0), with regionContainedIn None\npoint = lane.centerline.start\n"
+    text += "middle = new OrientedPoint following roadDirection from point for 20\n"
+    text += f"require lane.containsRegion(RectangularRegion(middle, middle.heading, {side}, 8))\n"
+    assert measure_acceptance(compile_text(text).program, 10).acceptance == holds
+    with pytest.raises(CompileError):
+        compile_text(text + "require lane.containsRegion(CircularRegion((0, 0), 1))\n")
+
+
+def test_points_have_no_height() -> None:
+    """Their `z` is 0, as on Scenic's flat maps."""
+    above = "p = Vector(3, 4)\n"
+    assert pose("at (p.x + p.z, p.y), facing 0 deg", above) == pose("at (3, 4), facing 0 deg")

@@ -1,0 +1,1 @@
+"""Lanelet2 maps as plain data, by the package `lanelet2`."""

@@ -1,0 +1,1 @@
+"""Networks of Lanelet2 maps."""
