@@ -202,6 +202,13 @@ class Unfinished:
     attribute: Callable[[str, Span], Value]
 
 
+@frozen
+class DoorCall:
+    """The acts of an action that opens a door."""
+
+    acts: ir.Block
+
+
 @frozen_identity
 class ActionCall:
     command: Command
@@ -269,6 +276,19 @@ class Actor:
     cells: "dict[str, Cell]" = field(default_factory=dict)  # its own properties that the run may change
     builtin: str = ""  # the class of the language that it is of
     classes: "tuple[ClassValue, ...]" = ()  # those of the file that it is of, nearest first
+    doors: "dict[str, Door]" = field(default_factory=dict)
+    """Doors that its behavior opens, by side."""
+    door_of: "Actor | None" = None
+
+
+@frozen_identity
+class Door:
+    """A door of a vehicle: its actor, and locals for whether it is opened, how fast, and until when."""
+
+    actor: Actor
+    opened: int
+    pace: int
+    until: int
 
 
 @frozen_identity
