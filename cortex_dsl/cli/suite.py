@@ -158,13 +158,13 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
 
         prepare = compiling(progress, terminal)
         report = run_plan(suite, plan, on_group, progress.on_runs, prepare, _command(options))
-    if book is not None:
+    workbook: Path | None = options.workbook
+    out: Path | None = options.out
+    if book is not None and workbook is not None and out is not None:
         content, count = filled(book, report)
-        place_files(options.out, {options.workbook.name: content}, force=True)
+        place_files(out, {workbook.name: content}, force=True)
         if not options.json:
-            terminal.out.print(
-                f"{count} choices of the workbook: {options.out / options.workbook.name}\n", soft_wrap=True
-            )
+            terminal.out.print(f"{count} choices of the workbook: {out / workbook.name}\n", soft_wrap=True)
     return report
 
 
