@@ -40,6 +40,17 @@ class Control:
         return tuple(action.name for action in self.actions)
 
 
+WARNING = "warning"
+"""Action by which a driver warns: above a half it does. A driver may leave it out, and never warns then."""
+NO_WARNINGS = -1.0
+"""Its value of a driver that leaves it out."""
+
+
+def may_warn(control: Control) -> bool:
+    """Return True if the warnings of the driver are read."""
+    return control.actions[-1].name == WARNING
+
+
 def turns(time: float, time_step: float) -> int:
     """Return a time as a number of steps; a time between two counts is rounded up."""
     return math.ceil(time / time_step - 1e-9)

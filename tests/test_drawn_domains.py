@@ -76,6 +76,8 @@ GIVEN = {"vehicle": "self", "car": "self", "color": '"red"'}
 """Arguments of functions that have neither a default nor a dimension."""
 PLACED = "facing 0 deg, with regionContainedIn None, with allowCollisions True"
 FIELD = "VectorField('F', lambda p: 1 rad)"
+SEGMENTS = ("Arc", "Clothoid")
+"""Functions whose numbers must be constants."""
 OTHERS: Mapping[str, tuple[Domain, str, str]] = {
     "signals(green)": (Domain("`green` of the lights", TIME, 0.0, 1e5, above=True), "signals", "signals(green=@)"),
     "signals(yellow)": (Domain("`yellow` of the lights", TIME, 0.0, 1e5), "signals", "signals(yellow=@)"),
@@ -178,7 +180,7 @@ def _rows() -> Iterator[tuple[str, str, Domain]]:
         yield "environment", name, row
     for row in BUILTINS.values():
         for p in row.parameters:
-            if p.dimension is not None:
+            if p.dimension is not None and row.name not in SEGMENTS:
                 yield row.kind.value, row.name, Domain(p.name, p.dimension, p.low, p.high)
     for name, (domain, part, _) in OTHERS.items():
         yield part, name, domain
@@ -368,6 +370,7 @@ CHECKED = {
     "acting.statements.known_limit": "terminate after",
     "acting.statements.known_number": "terminate after steps",
     "evaluation.arguments.number_for": "SetThrottleAction",
+    "evaluation.alignments._line_or": "line of a path",
     "evaluation.random_values.deviation_of": "Normal",
     "evaluation.calls.scenic_steering": "share of steering",
     "evaluation.mutation._scale": "mutate",
@@ -404,6 +407,7 @@ def test_every_range_that_is_checked_is_in_a_law() -> None:
 
 
 ONE = "ego = new Car at (0, 0)\n"
+PATH = "require Path(network.lanes[0].centerline.start, [{}]).length > 0 m"
 COMPOSED = """scenario Main():
     setup:
         ego = new Car at (0, 0)
@@ -430,6 +434,11 @@ CONSTANTS: Mapping[str, tuple[str, str, str]] = {
     ),
     "time_step": ("simulation(time_step={})\n" + ONE, "2 s", "Range(0.1, 0.2) s"),
     "timestep": ("model scenic.domains.driving.model\nparam timestep = {}\n" + ONE, "2", "Range(0.1, 0.2)"),
+    "line of a path": (ONE + PATH.format("{}"), "0 m", "Range(1, 2) m"),
+    "radius of an arc": (ONE + PATH.format("Arc({}, angle=1 rad)"), "2e9 m", "Range(1, 2) m"),
+    "angle of an arc": (ONE + PATH.format("Arc(9 m, angle={})"), "7 rad", "Range(1, 2) rad"),
+    "length of an arc": (ONE + PATH.format("Arc(9 m, length={})"), "-1 m", "Range(1, 2) m"),
+    "radius of a clothoid": (ONE + PATH.format("Clothoid({}, none, length=1 m)"), "-2e9 m", "Range(1, 2) m"),
     "max_attempts": ("simulation(max_attempts={})\n" + ONE, "0", "DiscreteRange(1, 2)"),
     "probability": (ONE + "require[{}] ego.x < 1", "1.5", "Range(0.1, 0.2)"),
     "bound of a DiscreteRange": (ONE + "require DiscreteRange({}, 3) < 4", "4", "Range(1, 2)"),

@@ -20,7 +20,7 @@ from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.api.contenders import Contender, NotComparableError, Side, SideKind, contender
 from cortex_dsl.api.limits import MOST_RUNS, Budget, budget_of
 from cortex_dsl.api.seeded_runs import KMH, OnRuns, check_mistake, drive, end_numbers, touched
-from cortex_dsl.api.suite_tables import IMPACTS, Cell, Group, SuiteError
+from cortex_dsl.api.suite_tables import IMPACTS, WARNING, Cell, Group, SuiteError
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.suite_report import (
@@ -30,6 +30,7 @@ from cortex_dsl.report.findings.suite_report import (
     Outcome,
     SearchedRange,
 )
+from engine.control import NO_WARNINGS
 from engine.errors import ControllerError
 from engine.gates.ranges import largest_ranges, spread
 from engine.gates.ratings import COLOURS, RED, Rule, colours
@@ -46,8 +47,12 @@ RUNS = 200
 """Runs of a cell by default."""
 EGO_SPEED = "EGO_SPEED"
 """Name of the speed of the ego in the scenarios of a suite, in which a behavior can be named without arguments."""
+NO_WARNING = "the driver gives no warning, after which a person brakes"
+EGO_PATH = "EGO_PATH"
+"""Name of the path of the ego there: its lane, or, where a scenario has a path of its own, a turn."""
 BLIND = f"ConstantSpeedBehavior({EGO_SPEED})"
-"""Ego whose run reference drivers judge."""
+BLIND_TURN = f"FollowTrajectoryBehavior({EGO_SPEED}, {EGO_PATH}, max_lateral=none)"
+"""Egos whose runs reference drivers judge, straight on and along a path."""
 FEWEST, USUAL_RATE, SHARE_OF_DRAWS = 16, 500.0, 0.7
 """Budget of time: fewest runs of a cell, runs in a second before any was measured, and share of the time for the
 runs within the tolerances; the search for the least deviation has the rest.
@@ -128,6 +133,9 @@ class GroupRuns:
             SuiteError: a cell does not fit the scenario.
         """
         genomes = [self._nominal(cell) for cell in self.group.cells]
+        if self.group.needs == WARNING and self.side.driver is not None and not self._warns(genomes[0]):
+            cells_without = tuple(not_run(cell, NO_WARNING) for cell in self.group.cells)
+            return GroupResult(self.group.name, cells_without, self.group.points)
         cells = list[CellResult]()
         for number, (cell, genome) in enumerate(zip(self.group.cells, genomes, strict=True)):
             cells.append(self._cell(cell, genome))
@@ -135,6 +143,15 @@ class GroupRuns:
             if self.on_runs is not None:
                 self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
         return GroupResult(self.group.name, tuple(cells), self.group.points, runs=self.runs, files=self.files)
+
+    def _warns(self, genome: Floats) -> bool:
+        """Return True if the driver tells whether it warns, as its first run shows."""
+        cell = self.group.cells[0]
+        try:
+            actions = self._run(cell, genome[np.newaxis]).scenes.actions
+        except ControllerError:
+            return True  # its cells say how it fails
+        return not bool((actions[:, :, -1] == NO_WARNINGS).all())
 
     def _nominal(self, cell: Cell) -> Floats:
         """Return (d,) the genome of the nominal test.
@@ -252,7 +269,7 @@ class GroupRuns:
             colour = np.where((outcomes.broken == 1.0).any(axis=1), RED, 0)
         else:
             colour = colours(cell.rule, speed, contact, np.nan_to_num(impact), np.nan_to_num(reduction), cell.limit)
-            colour = np.where(left, RED, colour)  # whoever leaves the road has not stopped for the target
+        colour = np.where(left, RED, colour)  # whoever leaves the road has not stopped for the target
 
         def event(row: int) -> str:
             text = end_numbers(side.program, outcomes, row)[0]
@@ -407,9 +424,14 @@ class GroupRuns:
         return {name: f"avoids {most:,} of {most + rest:,}" for name, most, rest in counts if most + rest}
 
 
+def has_path(file: Path) -> bool:
+    """Return True if a scenario gives the ego a path of its own, which is not a lane."""
+    return re.search(rf"^{EGO_PATH}\s*=", file.read_text(encoding="utf-8"), re.MULTILINE) is not None
+
+
 def _blind(file: Path) -> Contender | None:
     """Return an ego that keeps its speed; None if none can drive in the file."""
     try:
-        return contender(Side(BLIND, SideKind.BEHAVIOUR), file)
+        return contender(Side(BLIND_TURN if has_path(file) else BLIND, SideKind.BEHAVIOUR), file)
     except (CompileError, NotComparableError):
         return None

@@ -30,6 +30,11 @@ added to that of the ego.
 """
 
 
+WARNING, LIGHT = "warning", "light"
+NEEDS = {WARNING: "a driver that warns", LIGHT: "a driver that states how its sensor depends on light"}
+"""What cells may need of a driver, in words."""
+
+
 class SuiteError(ArgumentError):
     """A suite that does not exist, or whose table cannot be used."""
 
@@ -70,6 +75,8 @@ class Group:
     points: Mapping[str, float]
     """Points by range; {} if some of its cells are missing."""
     cells: tuple[Cell, ...]
+    needs: str = ""
+    """What the driver must have, of `NEEDS`; "": nothing."""
 
     def only(self, patterns: Sequence[str]) -> "Group":
         """Return the group with the cells that match a pattern; it has points only with all of its cells."""
@@ -244,6 +251,7 @@ _GROUP = {
     "file": _TEXT,
     "reason": _TEXT,
     "impact": _choice(tuple(IMPACTS)),
+    "needs": _choice(tuple(NEEDS)),
     "points": _Kind(
         f"a table of numbers with the keys {STANDARD} and {EXTENDED}", _table_of(_is_number, (STANDARD, EXTENDED))
     ),
@@ -300,7 +308,9 @@ def _group(path: Path, folder: Path, row: Mapping[str, Any], first: int) -> Grou
     for part in row["cells"]:
         _Keys(path, keys.place, part).check_row()
         cells += _cells(keys, row, part, first + len(cells))
-    return Group(row["name"], file, row.get("impact", "relative"), row.get("points", {}), tuple(cells))
+    return Group(
+        row["name"], file, row.get("impact", "relative"), row.get("points", {}), tuple(cells), row.get("needs", "")
+    )
 
 
 def _cells(keys: _Keys, group: Mapping[str, Any], part: Mapping[str, Any], first: int) -> Iterator[Cell]:

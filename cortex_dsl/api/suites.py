@@ -1,6 +1,7 @@
 """Runs of a suite: all groups of its table, in its order. Prints nothing."""
 
 import math
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -10,8 +11,18 @@ from shlex import join
 from cortex_dsl.api.contenders import NotComparableError, Side, SideKind, contender, side_of
 from cortex_dsl.api.limits import budget_of
 from cortex_dsl.api.seeded_runs import OnRuns, Prepare, check_seed
-from cortex_dsl.api.suite_cells import EGO_SPEED, RUNS, GroupRuns, SuitePlan, not_run
-from cortex_dsl.api.suite_tables import Group, Suite, matches, suite_of
+from cortex_dsl.api.suite_cells import (
+    BLIND_TURN,
+    EGO_PATH,
+    EGO_SPEED,
+    NO_WARNING,
+    RUNS,
+    GroupRuns,
+    SuitePlan,
+    has_path,
+    not_run,
+)
+from cortex_dsl.api.suite_tables import LIGHT, WARNING, Group, Suite, matches, suite_of
 from cortex_dsl.api.testing import results_of_files
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.findings.suite_report import GroupResult, Outcome, SuiteReport
@@ -21,6 +32,11 @@ from engine.errors import ControllerError
 from engine.gates.ratings import Colour
 from engine.vocabulary import RECORDS
 
+LACKING = {
+    WARNING: ("warning_ttc", NO_WARNING),
+    LIGHT: ("LIGHT", "darkness: the driver does not state by `LIGHT` how its sensor depends on light"),
+}
+"""Word by which a behavior says that it has what cells need, and the reason where it does not."""
 OnGroup = Callable[[GroupResult], None]
 
 
@@ -125,8 +141,10 @@ def run_group(
     if group.file is None:
         return replace(result, cells=tuple(not_run(cell, cell.reason) for cell in group.cells))
     result = replace(result, file=group.file.name)
+    if reason := _lacking(group, plan.side):
+        return replace(result, cells=tuple(not_run(cell, reason) for cell in group.cells))
     try:
-        side = contender(_with_speed(plan.side), group.file)
+        side = contender(_with_speed(plan.side, turns=has_path(group.file)), group.file)
         if prepare is not None:
             prepare(side.scenario)
         done = GroupRuns(group, plan, side, started + seconds, on_runs).finished()
@@ -142,16 +160,31 @@ def run_group(
     return replace(result, seconds=time.monotonic() - started)
 
 
-def _with_speed(side: Side) -> Side:
-    """Return a side that is a bare name with the speed of the ego as its argument."""
+def _lacking(group: Group, side: Side) -> str:
+    """Return why a driver lacks what the cells of a group need; "" if it has it, or only a run shows that."""
+    if group.file is not None and has_path(group.file) and side.kind is SideKind.BEHAVIOUR:
+        word = _with_speed(side, turns=True).word
+        if EGO_PATH not in word:
+            return f"the ego turns here, and `{word}` does not follow `{EGO_PATH}`"
+    if not group.needs or (side.kind is SideKind.DRIVER and group.needs == WARNING):
+        return ""
+    word, reason = LACKING[group.needs]
+    return "" if side.kind is SideKind.BEHAVIOUR and re.search(rf"\b{word}\b", side.word) else reason
+
+
+def _with_speed(side: Side, *, turns: bool) -> Side:
+    """Return a side that is a bare name with the speed of the ego as its argument, and its path where that `turns`."""
     row = BUILTINS.get(side.word.strip())
-    if side.kind is not SideKind.BEHAVIOUR or row is None:
+    if side.kind is not SideKind.BEHAVIOUR:
         return side
-    names = [parameter.name for parameter in row.parameters]
-    if "behavior" in names:
-        return replace(side, word=f"{row.name}(FollowLaneBehavior({EGO_SPEED}))")
+    names = [] if row is None else [parameter.name for parameter in row.parameters]
+    if row is not None and "behavior" in names:
+        return replace(side, word=f"{row.name}({BLIND_TURN if turns else f'FollowLaneBehavior({EGO_SPEED})'})")
     speed = next((name for name in ("target_speed", "speed") if name in names), None)
-    return replace(side, word=f"{row.name}({speed}={EGO_SPEED})") if speed else side
+    if row is not None and speed is not None and (not turns or "trajectory" in names):
+        path = f", trajectory={EGO_PATH}" if turns else ""
+        return replace(side, word=f"{row.name}({speed}={EGO_SPEED}{path})")
+    return side
 
 
 def suite_files(suite: Suite) -> Mapping[str, Path]:

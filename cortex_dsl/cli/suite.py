@@ -113,6 +113,7 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
     from cortex_dsl.api.limits import budget_of
     from cortex_dsl.api.suite_cells import RUNS, SuitePlan
     from cortex_dsl.api.suites import run_plan
+    from cortex_dsl.report.gates.suite_workbook import filled, template_of
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
     from cortex_dsl.report.terminal.gate_view import GateProgress
     from engine.search.store import new_directory
@@ -123,6 +124,7 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
             f"`{options.ego}` is a {side.kind} and no driver", "name python:..., process:..., or a behavior"
         )
     check_output(options.junit)
+    book = None if options.workbook is None else template_of(options.workbook)
     if options.out is not None:
         new_directory(options.out)
     plan = SuitePlan(
@@ -145,6 +147,13 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
         prepare = compiling(progress, terminal)
         report = run_plan(suite, plan, on_group, progress.on_runs, prepare, _command(options))
     _write(report, options)
+    if book is not None:
+        content, count = filled(book, report)
+        place_files(options.out, {options.workbook.name: content}, force=True)
+        if not options.json:
+            terminal.out.print(
+                f"{count} choices of the workbook: {options.out / options.workbook.name}\n", soft_wrap=True
+            )
     return report
 
 
@@ -222,6 +231,7 @@ SUITE = Command(
         replace(JOBS, help="processes; results never depend on it"),
         Option("--out", "new folder: page, JSON, cells.csv, kept cases", "DIR", Path),
         Option("--junit", "write JUnit XML", "FILE", Path),
+        Option("--workbook", "fill a template of Euro NCAP's calculator, in --out", "FILE", Path, needs=("out",)),
         Option("--copy", "write the files of the suite into a folder", "FOLDER", Path),
     ),
     function=_suite,

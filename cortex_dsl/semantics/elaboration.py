@@ -41,7 +41,14 @@ from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import ChoicePlan, FileContext, FileFacts, MapFinder, RunSettings, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides, with_outside_params
 from cortex_dsl.semantics.names.scope import check_names
-from cortex_dsl.semantics.names.tree import attributes_read, attributes_set, everything_in, param_entries, system_params
+from cortex_dsl.semantics.names.tree import (
+    attributes_read,
+    attributes_set,
+    everything_in,
+    param_entries,
+    reads_warnings,
+    system_params,
+)
 from cortex_dsl.semantics.quantities.units import si_word
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
@@ -122,6 +129,7 @@ def _elaborated(
         default_signals=map_with_lights(whole),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
         attributes_read=attributes_read(whole),
+        reads_warnings=reads_warnings(whole),
         attributes_set=attributes_set(whole),
         domains=domains,
     )

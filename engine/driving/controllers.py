@@ -17,7 +17,7 @@ from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from engine.control import Control, turns
+from engine.control import NO_WARNINGS, WARNING, Control, may_warn, turns
 from engine.driving.observations import Named
 from engine.driving.stacks import VERSION, Stack
 from engine.driving.stepping import names_of
@@ -169,7 +169,8 @@ class ControllerSlot:
             "controller": self.control.controller,
             "lanes": lanes,
             "observations": [{"name": name, "unit": unit} for name, unit in seen],
-            "actions": [asdict(action) for action in self.control.actions],
+            "actions": [asdict(action) for action in self.control.actions if action.name != WARNING],
+            **({"warning": True} if may_warn(self.control) else {}),
             "time_step": time_step,
             "every": max(turns(self.control.every, time_step) * time_step, time_step),
         }
@@ -263,6 +264,8 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
         raise LostError(f"{who} gave no numbers, but {type(given).__name__}{why}", _wanted(control)) from error
     if given is None:
         raise LostError(f"{who} gave nothing: it returns None", _wanted(control))
+    if may_warn(control) and actions.shape == (shape[0], shape[1] - 1):
+        actions = np.column_stack([actions, np.full(len(active), NO_WARNINGS)])
     if actions.shape != shape:
         raise LostError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
     return np.require(actions, np.float64, PLAIN)  # once, for all kernels that read them

@@ -5,7 +5,8 @@ The command is started unchanged, without a shell. It gets two pipes by their nu
 
 1. We write one line of JSON: `version`, `controller`, `lanes` n, `observations` and `actions` (name and unit each, for
    actions `low` and `high`), `time_step` and `every` [s].
-2. It answers with one line of JSON, `{"version": 1}`.
+2. It answers with one line of JSON, `{"version": 1}`. If our line has `"warning": true`, warnings are read:
+   with `"warning": true` in its own line, its actions have one more column, above 0.5 where it warns.
 3. At each question we write, little-endian and without gaps: the number of the question (int64), the time of each lane
    [s] (n float64), the stream keys of their scenes (n x 6 int64), the lanes in which a new scene begins (n bytes, 0 or
    1), those that are asked (n bytes), and what they observe (n x d float64).
@@ -201,6 +202,8 @@ class Stack:
     command: tuple[str, ...]
     _header: dict[str, Any] = field(default_factory=dict)
     _running: Process | None = None
+    _columns: int = 0
+    """Number of actions of a lane in its answers."""
     _starts: int = 0
     """Number of starts since it last answered a question."""
     _fresh: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
@@ -242,13 +245,13 @@ class Stack:
         )
         limit = LATE + EACH * int(np.count_nonzero(active))
         if running.memory is None:
-            answer = self._answer(running, question, 8 * count * len(self._header["actions"]), limit)
+            answer = self._answer(running, question, 8 * count * self._columns, limit)
             return np.frombuffer(answer, dtype="<f8").reshape(count, -1)
         views = running.memory.views
         for view, part in zip(views.values(), question, strict=False):
             view[:] = part
         self._answer(running, (number,), 1, limit)
-        return views["actions"].copy()
+        return views["actions"].ravel()[: count * self._columns].reshape(count, -1).copy()
 
     def _answer(self, running: Process, question: Sequence[NDArray[Any]], size: int, limit: float) -> bytes:
         """Send a question, and return its answer of `size` bytes from the pipe."""
@@ -276,7 +279,8 @@ class Stack:
             )
         self._starts += 1
         self._fresh[:] = True  # a new process knows nothing of the scenes in progress
-        sizes = self._header["lanes"], len(self._header["observations"]), len(self._header["actions"])
+        actions = len(self._header["actions"]) + ("warning" in self._header)
+        sizes = self._header["lanes"], len(self._header["observations"]), actions
         running = self._running = start(self.command, Memory.of(*sizes))
         weakref.finalize(self, running.close)
         memory = {} if running.memory is None else {"memory": running.memory.layout}
@@ -303,6 +307,9 @@ class Stack:
                 f"`{shlex.join(self.command)}` speaks version {version!r} of the protocol; this is version {VERSION}",
                 f'let it answer the first line with {{"version": {VERSION}}}',
             )
+        self._columns = len(self._header["actions"])
+        if said.get("warning") is True and "warning" in self._header:
+            self._columns += 1
         shares = said.get("memory") is True
         if shares and not offered:
             self.close()

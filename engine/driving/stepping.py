@@ -170,7 +170,7 @@ def command_columns(program: Program) -> Ints:
     given = {
         control.actor: its.start
         for control, its in zip(program.controls, columns(program.controls), strict=True)
-        if control.names == ("throttle", "brake", "steer")
+        if control.names[:3] == ("throttle", "brake", "steer")
     }
     if others_touch(program):
         return np.zeros(0, dtype=np.int32)

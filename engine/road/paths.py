@@ -83,6 +83,7 @@ class PathBook:
         self._starts: list[tuple[float, ...]] = []
         self._joined: dict[tuple[int, ...], int] = {}
         self._reversed: dict[int, int] = {}
+        self._drawn: dict[tuple[Primitive, ...], int] = {}
 
     def __len__(self) -> int:
         return len(self._paths)
@@ -100,6 +101,12 @@ class PathBook:
         self._paths.append(merged)
         self._starts.append(_starts(merged))
         return len(self._paths) - 1
+
+    def draw(self, primitives: tuple[Primitive, ...]) -> int:
+        """Return the path of a chain; equal chains have equal ids."""
+        if primitives not in self._drawn:
+            self._drawn[primitives] = self.add(primitives)
+        return self._drawn[primitives]
 
     def join(self, path_ids: Sequence[int]) -> int:
         """Return the path through all given paths; equal sequences have equal ids.

@@ -11,10 +11,11 @@ import subprocess
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from cortex_dsl.api.suite_tables import suite_of
+from cortex_dsl.api.suite_tables import Group, suite_of
 from cortex_dsl.api.suites import run_suite
 from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
 from engine.gates.ratings import COLOURS, EXTENDED, STANDARD, Colour
@@ -28,15 +29,24 @@ pytestmark = pytest.mark.skipif(PROGRAM is None, reason="euroncap-rating-2026 is
 
 
 @pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Judge:
-    """Return a function that asks the calculator for the points of colourings."""
+def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a template that the calculator generates."""
     assert PROGRAM is not None
     folder = tmp_path_factory.mktemp("calculator")
     subprocess.run([PROGRAM, "crash_avoidance", "generate-template"], cwd=folder, check=True, capture_output=True)
+    return folder / "ca_template.xlsx"
+
+
+@pytest.fixture(scope="module")
+def judge(template: Path) -> Judge:
+    """Return a function that asks the calculator for the points of colourings, of its template or another workbook."""
+    assert PROGRAM is not None
     python = Path(PROGRAM).parent / "python"
 
-    def points(colourings: list[Mapping[str, str]]) -> list[Mapping[str, tuple[float, float]]]:
-        words = [str(python), str(SCRIPT), str(folder / "ca_template.xlsx")]
+    def points(
+        colourings: list[Mapping[str, str]], workbook: Path = template
+    ) -> list[Mapping[str, tuple[float, float]]]:
+        words = [str(python), str(SCRIPT), str(workbook)]
         done = subprocess.run(words, input=json.dumps(colourings), capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr[-2000:]
         return json.loads(done.stdout)
@@ -44,15 +54,24 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Judge:
     return points
 
 
+def rated() -> list[Group]:
+    """Return the groups of the suite that have points; the others are no scenarios of the calculator."""
+    return [group for group in suite_of("euroncap-2026").groups if group.points]
+
+
 def ours(report: SuiteReport) -> dict[str, tuple[float, float]]:
     """Return our points of each scenario."""
-    return {group.name: (group.score(STANDARD) or 0.0, group.score(EXTENDED) or 0.0) for group in report.groups}
+    return {
+        group.name: (group.score(STANDARD) or 0.0, group.score(EXTENDED) or 0.0)
+        for group in report.groups
+        if group.points
+    }
 
 
 def coloured(colours: Mapping[str, Colour]) -> dict[str, tuple[float, float]]:
     """Return our points of a colouring of all cells."""
     found = {}
-    for group in suite_of("euroncap-2026").groups:
+    for group in rated():
         cells = tuple(
             CellResult(**{**blank(cell.id), "range": cell.range, "colour": colours[cell.id]}) for cell in group.cells
         )
@@ -69,7 +88,7 @@ def blank(name: str) -> dict[str, object]:
 
 def test_random_colourings_have_the_points_of_the_calculator(judge: Judge) -> None:
     """In every scenario, with few, some and many cells of each colour."""
-    draw, cells = random.Random(7), suite_of("euroncap-2026").cells
+    draw, cells = random.Random(7), [cell for group in rated() for cell in group.cells]
     colourings = []
     for _ in range(share(100)):
         weights = [draw.random() ** 3 for _ in COLOURS]
@@ -85,9 +104,25 @@ def test_the_points_of_a_run_are_those_of_the_calculator(judge: Judge) -> None:
     """A brake that is a little late has cells of several colours; cells that are not run count as red."""
     driver = "EmergencyBrakeBehavior(FollowLaneBehavior(EGO_SPEED), reference_deceleration=8.5 m/s^2, delay=0.1 s)"
     report = run_suite("euroncap-2026", driver, budget=1)
-    colours = {cell.id: cell.colour or Colour.RED for cell in report.cells}
+    colours = {cell.id: cell.colour or Colour.RED for group in report.groups if group.points for cell in group.cells}
     assert len(set(colours.values())) > 3
     (theirs,) = judge([colours])
     found = ours(replace(report, entry=()))
     for name, points in found.items():
         assert points == pytest.approx(tuple(theirs[name]), abs=1e-9), name
+
+
+def test_a_filled_workbook_has_the_points_of_the_report(
+    judge: Callable[..., Any], template: Path, cortexc: Callable[..., Any], tmp_path: Path
+) -> None:
+    """The calculator reads the colours of a run from its own template, filled by `--workbook`."""
+    pytest.importorskip("openpyxl")
+    driver = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH), delay=0.1 s)"
+    out = tmp_path / "out"
+    words = ("suite", "euroncap-2026", "--ego", driver, "--budget", "1", "--json")
+    result = cortexc(*words, "--workbook", str(template), "--out", str(out))
+    (theirs,) = judge([{}], out / template.name)
+    for group in result.document["groups"]:
+        if group["points"]:
+            ours = tuple(group["points"].get(name) or 0.0 for name in (STANDARD, EXTENDED))
+            assert ours == pytest.approx(tuple(theirs[group["name"]]), abs=1e-9), group["name"]

@@ -4,7 +4,7 @@ import os
 import re
 from pathlib import Path
 
-from cortex_dsl.api.suite_tables import Group, suite_names, suite_of
+from cortex_dsl.api.suite_tables import NEEDS, Group, suite_names, suite_of
 
 FILE = Path(__file__).parents[2] / "docs" / "reference" / "suites.md"
 HEAD = "| group | cells | scenario, or why it is not run | status | source |\n|---|---|---|---|---|\n"
@@ -15,6 +15,7 @@ def row(group: Group) -> str:
     """Return the line of a group."""
     cell = group.cells[0]
     what = cell.reason or f"`{group.file.name if group.file else ''}`, {cell.rule}"
+    what += f"; needs {NEEDS[group.needs]}" if group.needs else ""
     sources = ", ".join(dict.fromkeys(each.source for each in group.cells))
     return f"| {group.name} | {len(group.cells)} | {what} | {cell.status} | {sources} |\n"
 

@@ -20,6 +20,7 @@ from cortex_dsl.semantics.acting import (
     profiles,
     replaying,
     safety_models,
+    warning_signals,
 )
 from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
@@ -66,6 +67,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "LaneChangeBehavior": following.change_lane,
     "LaneChoosingBehavior": choosing_lanes.choose_lane,
     "EmergencyBrakeBehavior": braking.emergency_brake,
+    "ManualBrakeBehavior": warning_signals.brake_after_warning,
     "RSSBehavior": safety_models.responsibility,
     "CarefulDriverBehavior": safety_models.careful_driver,
     "FuzzySafetyBehavior": safety_models.fuzzy_safety,

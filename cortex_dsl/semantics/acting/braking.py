@@ -35,6 +35,7 @@ from cortex_dsl.semantics.acting.foreseeing import (
     throttle,
 )
 from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.acting.warning_signals import warned_near
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.driving import together
@@ -79,9 +80,10 @@ def inner_acts(job: Job) -> ir.Block:
 def emergency_brake(job: Job) -> ir.Block:
     """Run another behaviour; brake fully from the start of a close collision until it is over or the actor stands."""
     if job.flag("foresees", default=True):
-        return _brake_for_ways(job)
+        return warned_near(job, _brake_for_ways(job))
     on = _on_collision_course(job) | blocked(job)
-    return (ir.TryInterrupt(job.call.span, inner_acts(job), ((_collision_is_close(job), (_full_brake(job, on),)),)),)
+    brakes = (ir.TryInterrupt(job.call.span, inner_acts(job), ((_collision_is_close(job), (_full_brake(job, on),)),)),)
+    return warned_near(job, brakes)
 
 
 def _brake_for_ways(job: Job) -> ir.Block:

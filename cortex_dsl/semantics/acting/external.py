@@ -8,6 +8,7 @@ the path.
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import path_to_follow
 from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.acting.warning_signals import WARNING, warned_by
 from cortex_dsl.semantics.errors.runs import CONTROLLED_TWICE, NOT_A_DRIVER
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
@@ -31,8 +32,11 @@ def drive_from_outside(job: Job) -> ir.Block:
         raise NOT_A_DRIVER.mistake(job.call.span, behaviour=job.call.name, actual=kind_name(job.actor))
     acts, path = path_to_follow(job)
     by_pedals = _word(job, "actions", PEDALS, (PEDALS, SPEED)) == PEDALS
-    first = _controlled(job, _pedals(job) if by_pedals else _speed(job))
-    return (*acts, *(_pedalling if by_pedals else _following)(job, path, first))
+    actions = _pedals(job) if by_pedals else _speed(job)
+    warns = job.ev.facts.reads_warnings
+    first = _controlled(job, (*actions, WARNING) if warns else actions)
+    driven = (_pedalling if by_pedals else _following)(job, path, first)
+    return (*acts, *(warned_by(job, driven, first + len(actions)) if warns else driven))
 
 
 def _pedalling(job: Job, path: Term, first: int) -> ir.Block:

@@ -26,12 +26,13 @@ step, and the arguments of a behavior are evaluated once, where it starts. Three
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.job import DEFAULT_SPEED, SPEED_GAIN, Job
 from cortex_dsl.semantics.errors.runs import WALKS_IN_LANE
+from cortex_dsl.semantics.evaluation.alignments import fitting
 from cortex_dsl.semantics.evaluation.geometry import current_pose, inside, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane
 from cortex_dsl.semantics.evaluation.roads import network_of, region_of_intersections
 from cortex_dsl.semantics.evaluation.seeing import notice_reach
 from cortex_dsl.semantics.evaluation.trajectories import trajectory
-from cortex_dsl.semantics.model.values import LaneNow, Value
+from cortex_dsl.semantics.model.values import Alignment, LaneNow, Value
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     atan,
@@ -65,16 +66,14 @@ LEAST_GAP = 0.01
 
 def follow_trajectory(job: Job) -> ir.Block:
     _warn_walker(job)
-    way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
-    return (job.follow(job.ev.algebra.literal(float(way.path)), job.target_speed()),)
+    return (job.follow(_trajectory(job), job.target_speed()),)
 
 
 def turn(job: Job) -> ir.Block:
     """Along a trajectory for as long as all of the outline is in intersections, as Scenic's behaviour for turns."""
     _warn_walker(job)
     ev, span = job.ev, job.call.span
-    way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
-    drive = job.follow(ev.algebra.literal(float(way.path)), job.number("target_speed", TURNING_SPEED))
+    drive = job.follow(_trajectory(job), job.number("target_speed", TURNING_SPEED))
     return (job.until((drive,), ~inside(ev, job.actor, region_of_intersections(ev, span), span)),)
 
 
@@ -124,7 +123,7 @@ def follow_car(job: Job) -> ir.Block:
 
 
 def path_to_follow(job: Job) -> tuple[ir.Block, Term]:
-    """The path of `trajectory`: of lanes, of one lane, or of the lane it is on."""
+    """The path of `trajectory`: a `Path`, or that of lanes, of one lane, or of the lane it is on."""
     way = job.given("trajectory")
     return lane_route(job, "trajectory") if way is None or _is_lane_now(way) else ((), _path_of(job, way))
 
@@ -136,7 +135,15 @@ def _is_lane_now(value: Value) -> bool:
 def _path_of(job: Job, way: Value) -> Term:
     if isinstance(way, Lane):
         return job.ev.algebra.literal(float(way.default_route))
-    return job.ev.algebra.literal(float(trajectory(way, job.call.spans["trajectory"]).path))
+    return _trajectory(job)
+
+
+def _trajectory(job: Job) -> Term:
+    """Return the path of connected lanes, or a `Path`."""
+    way, span = job.given("trajectory"), job.call.spans["trajectory"]
+    if isinstance(way, Alignment):
+        return fitting(job.ev, job.actor, way, span)
+    return job.ev.algebra.literal(float(trajectory(way, span).path))
 
 
 def _idm_target(job: Job, path: Term) -> Term:

@@ -13,7 +13,7 @@ from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, stat
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, limit_on
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Quantity, Value
+from cortex_dsl.semantics.model.values import Actor, Alignment, BehaviourCall, BuiltinValue, Quantity, Value
 from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.names.builtins import BUILTINS, Parameter
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
@@ -98,6 +98,8 @@ class Job:
 
     def _compare_with_lane(self, span: Span) -> None:
         """Warn of an offset, or the largest of its range, at which the outline leaves the lane."""
+        if isinstance(self.given("trajectory"), Alignment):
+            return  # a path of its own, whose width nobody knows
         reach = max(map(abs, self.ev.interval(self.number("offset"))))
         given = self.given("laneToFollow")
         lane = (

@@ -124,6 +124,18 @@ NEVER_LEAVES = Problem(
     "`after` measures from where it leaves",
     "add the lane that leads through, and the one after it: `[m.startLane, m.connectingLane, m.endLane]`",
 )
+BAD_SEGMENT = Problem(
+    "SCN517",
+    "this is no valid `{word}`",
+    "{reason}",
+    "{cure}",
+)
+TOO_SHARP = Problem(
+    "SCN469",
+    "this path has a radius of {radius}, but the {name} turns no tighter than {least}",
+    "`wheelbase` and `maxSteer` limit the radius of its rear axle",
+    "give the path larger radii, or the object a larger `maxSteer`",
+)
 OTHER_SIDE = Problem(
     "SCN485",
     "a distance {word} {region} cannot be negative",

@@ -10,7 +10,17 @@ from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN, NOT_STARTED, ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import LAST_ACTIONS
-from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals, streets
+from cortex_dsl.semantics.evaluation import (
+    alignments,
+    driving,
+    lanes,
+    lists,
+    over_run,
+    regions,
+    relations,
+    signals,
+    streets,
+)
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, position, state
 from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
@@ -19,6 +29,7 @@ from cortex_dsl.semantics.model.areas import Area, Coordinates, Elements, RoadSe
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
+    Alignment,
     Centerline,
     Closure,
     DirectionField,
@@ -296,6 +307,7 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (Intersection, _INTERSECTION),
     (Network, _NETWORK),
     (Centerline, lanes.OF_CENTERLINE),
+    (Alignment, alignments.OF_PATH),
     (Vector, {**_VECTOR, "visibleRegion": regions.visible_region}),
     (Pose, {**_POSE, "visibleRegion": regions.visible_region}),
     (Velocity, _VELOCITY),

@@ -8,6 +8,7 @@ from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.runs import MONITOR_USED, ONLY_WHILE_RUNNING, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE, OUT_OF_RANGE
 from cortex_dsl.semantics.evaluation import (
+    alignments,
     driving,
     functions,
     geometry,
@@ -148,6 +149,7 @@ FUNCTIONS: Mapping[str, functions.Meaning] = {
     **over_run.MEANINGS,
     **regions.MEANINGS,
     **random_values.MEANINGS,
+    **alignments.MEANINGS,
     **texts.MEANINGS,
 }
 

@@ -27,7 +27,7 @@ from cortex_dsl.semantics.evaluation.signals import (
     unknown_colour,
 )
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.state import COLOURS, RED, YELLOW, SignalPlan
+from cortex_dsl.semantics.model.state import COLOURS, RED, YELLOW, SignalPlan, WarningCells
 from cortex_dsl.semantics.model.values import (
     Actor,
     BuiltinValue,
@@ -43,6 +43,7 @@ from cortex_dsl.semantics.model.values import (
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.properties import ACTOR_KINDS
+from cortex_dsl.semantics.names.tree import WARNINGS
 from cortex_dsl.semantics.quantities.algebra import Term, cos, equal, region_contains, sin, where
 from cortex_dsl.semantics.quantities.units import LENGTH, TIME
 from cortex_dsl.source import Span
@@ -160,11 +161,47 @@ def collided(ev: Evaluator, actor: Actor, span: Span) -> Value:
     return Truth(ev.algebra.touches())
 
 
+# -- warnings ----------------------------------------------------------------------------------------------------------
+
+NEVER = -1.0
+"""`timeSinceWarning` before the first warning [s]."""
+
+
+def warning_cells(ev: Evaluator, actor: Actor) -> WarningCells:
+    """Return the locals of the warnings of an actor, made at the first use."""
+    new, cells = ev.run.new_local, ev.run.built.warnings
+    if actor.index not in cells:
+        cells[actor.index] = WarningCells(new(), new(), new())
+    return cells[actor.index]
+
+
+def is_warning(ev: Evaluator, actor: Actor, span: Span) -> Value:
+    while_running(ev, span, "isWarning")
+    return Truth(ev.algebra.local(warning_cells(ev, actor).now) > 0.0)
+
+
+def time_since_warning(ev: Evaluator, actor: Actor) -> Term:
+    """Return the time since the first warning [s]; `NEVER` before it."""
+    begun = ev.algebra.local(warning_cells(ev, actor).begun)
+    return where(begun > 0.0, ev.algebra.time() + 1.0 - begun, NEVER)
+
+
+def _since_warning(ev: Evaluator, actor: Actor, span: Span) -> Value:
+    while_running(ev, span, "timeSinceWarning")
+    return Quantity(time_since_warning(ev, actor), TIME)
+
+
+def _warning_ttc(ev: Evaluator, actor: Actor, span: Span) -> Value:
+    while_running(ev, span, "warningTTC")
+    return Quantity(ev.algebra.local(warning_cells(ev, actor).ttc), TIME)
+
+
 OF_OBJECTS: Mapping[str, Callable[[Evaluator, Actor, Span], Value]] = {
     "distanceToClosest": lambda ev, actor, span: Closure(
         ("type",), lambda kind: distance_to_closest(ev, actor, kind, span)
     ),
     "collided": collided,
+    **dict(zip(WARNINGS, (is_warning, _since_warning, _warning_ttc), strict=True)),
 }
 """Attributes that only objects have, except their state and place."""
 

@@ -18,7 +18,16 @@ from cortex_dsl.semantics.errors.values import (
     NOT_FINITE,
     UNKNOWN_UNIT,
 )
-from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, over_run, random_values, signals
+from cortex_dsl.semantics.evaluation import (
+    alignments,
+    attributes,
+    geometry,
+    lanes,
+    numbers,
+    over_run,
+    random_values,
+    signals,
+)
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.random_values import Site, scaled
@@ -28,6 +37,7 @@ from cortex_dsl.semantics.evaluation.texts import joined_text
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
+    Alignment,
     Closure,
     Items,
     Pose,
@@ -267,6 +277,8 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
             return numbers.select(condition, then, otherwise, node.span)
     if isinstance(then, Truth) and isinstance(otherwise, Truth):
         return Truth(where(condition, then.expr, otherwise.expr))
+    if isinstance(then, Alignment) and isinstance(otherwise, Alignment):
+        return alignments.select(condition, then, otherwise)
     known = known_truth(ev, Truth(condition), node.condition.span, "a condition that chooses between objects")
     return then if known else otherwise
 

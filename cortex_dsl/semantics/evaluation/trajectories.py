@@ -94,7 +94,7 @@ def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
     raise WRONG_KIND.mistake(
         span,
         what="a trajectory",
-        expected="a list of lanes",
+        expected="a list of lanes, or a `Path`",
         actual=kind_name(value),
         cure=_SPEED_FIRST if isinstance(value, Quantity) else _AS_IN,
     )

@@ -230,6 +230,18 @@ class Controls:
     """Number of colour changes of the plan when each light was set; the next change cancels the setting."""
 
 
+@frozen
+class WarningCells:
+    """Locals of the warnings of one actor; 0 before the first one."""
+
+    now: int
+    """1 while it warns."""
+    begun: int
+    """Time of its first warning [s], plus 1."""
+    ttc: int
+    """Time to collision at the first warning [s]."""
+
+
 # -- the file, and a variant of it -------------------------------------------------------------------------------------
 
 BODY_LIMIT = 2_000
@@ -274,6 +286,8 @@ class FileFacts:
     from_scenic: bool
     """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
     attributes_read: frozenset[str]
+    reads_warnings: bool
+    """Whether it reads warnings of a driver; then controllers are asked for them."""
     """Every name after a dot; a property that is read and is not built in belongs to the file."""
     attributes_set: frozenset[str]
     """Every attribute that the run may change."""
@@ -471,6 +485,8 @@ class Built:
     """Name (None without one), call and place of each required monitor."""
     zeroed: set[int] = field(default_factory=set)
     """Locals that nothing but an assignment to an object's own property sets."""
+    warnings: dict[int, WarningCells] = field(default_factory=dict)
+    """Locals of the warnings of actors, by number."""
     local_count: int = 0
     scope_count: int = 0
     appearing: list[ir.Act] | None = None

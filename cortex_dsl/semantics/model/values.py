@@ -80,6 +80,16 @@ class Centerline:
 
 
 @frozen
+class Alignment:
+    """A path of lines, arcs and clothoids; a condition of the scene may choose it among several."""
+
+    path: Term
+    """Id in the paths of the network."""
+    sharpest: Term
+    """Largest magnitude of its curvature [1/m]."""
+
+
+@frozen
 class LaneNow:
     """A lane, or its section, that the run knows from the place of an object, or that is drawn with the scene."""
 

@@ -12,6 +12,7 @@ from cortex_dsl.semantics.model.areas import Area, Elements, RoadSection, Veloci
 from cortex_dsl.semantics.model.values import (
     ActionCall,
     Actor,
+    Alignment,
     BehaviourCall,
     BehaviourValue,
     BuiltinValue,
@@ -51,6 +52,7 @@ from cortex_dsl.semantics.quantities.units import (
     si_word,
 )
 from cortex_dsl.syntax import nodes
+from engine.road.alignment import Segment
 from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road, RoadSign, Surface
 from engine.road.sections import LaneSection
 from engine.vocabulary import ManeuverType
@@ -63,6 +65,8 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (Region, "a region"),
     (Area, "a region"),
     (Centerline, "a centre line"),
+    (Alignment, "a path"),
+    (Segment, "a segment of a path"),
     (LaneNow, "a lane"),
     (LaneSection, "a lane section"),
     (LaneGroup, "a lane group"),

@@ -5,7 +5,9 @@ here; `functions`, `driving`,
 `random_values`, `following`, `caution` and `giving_way` hold what the rows do.
 """
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from enum import Enum
 
 from cortex_dsl.ir import Dimension
@@ -89,6 +91,8 @@ def _near(name: str, doc: str, who: str) -> Builtin:
 
 WIDEST = 10.0
 """Largest offset from its path that an actor accepts [m]."""
+LONGEST_PATH = 100e3
+"""Largest length of a segment of a path [m]."""
 TOP_SPEED = 200.0
 """Above this no vehicle on a road goes [m/s]: a number beyond it is a slip."""
 _SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, high=TOP_SPEED, aliases=("speed",))
@@ -108,6 +112,11 @@ _BRAKE = "a pedal from 0 to 1; 1 brakes with the `maxBraking` of the vehicle"
 _THROTTLE = "a pedal from 0 to 1; 1 accelerates with the `maxAcceleration` of the vehicle"
 _OFFSET = Parameter("offset", LENGTH, "none", low=-WIDEST, high=WIDEST)
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
+_RADIUS = Parameter("radius", LENGTH, low=-1e9, high=1e9)
+_EXTENT = (
+    Parameter("angle", ANGLE, "none", low=0.0, high=math.tau, meaning="an angle above 0, up to 360 deg"),
+    Parameter("length", LENGTH, "none", low=0.0, high=LONGEST_PATH),
+)
 
 
 def _car_following(acceleration: str, deceleration: str) -> tuple[Parameter, ...]:
@@ -168,6 +177,13 @@ _ROWS = (
     _function("RectangularRegion", "A rectangle around a place.", "position", "heading", "width", "length"),
     _function("PolygonalRegion", "What the corners of a polygon surround.", "points"),
     _function("PolylineRegion", "A line through points: places on it head along it.", "points"),
+    # -- paths
+    Builtin("Path", Kind.FUNCTION, "A path from a pose on: lengths of lines, arcs and clothoids, one after another.",
+            (Parameter("start"), Parameter("segments"))),
+    Builtin("Arc", Kind.FUNCTION, "A part of a circle in a path, to the left of a positive radius.",
+            (_RADIUS, *_EXTENT)),
+    Builtin("Clothoid", Kind.FUNCTION, "A part of a path whose curvature changes linearly; `none` is straight.",
+            (replace(_RADIUS, name="start_radius"), replace(_RADIUS, name="end_radius"), *_EXTENT)),
     Builtin("VectorField", Kind.FUNCTION, "A heading at every point, by a function of the point.",
             (Parameter("name"), Parameter("value"), Parameter("minSteps", default="4"),
              Parameter("defaultStepSize", default="5 m"))),
@@ -221,8 +237,8 @@ _ROWS = (
              Parameter("yVel", SPEED, low=-TOP_SPEED, high=TOP_SPEED),
              Parameter("zVel", default="0 m/s")), command=Command.SPEED),
     # -- library behaviours
-    _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
-               Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT, _OFFSET),
+    _behaviour("FollowTrajectoryBehavior", "Follow connected lanes, or a `Path`, to its end, slower in turns.",
+               _SPEED, Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT, _OFFSET),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
                _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE, _LIMIT, _OFFSET),
     _behaviour("TurnBehavior", "Follow a list of connected lanes for as long as the actor is in an intersection.",
@@ -249,7 +265,11 @@ _ROWS = (
                Parameter("brake", PURE, "1", 0.0, 1.0, meaning=_BRAKE),
                Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
                Parameter("delay", TIME, "0.35 s", low=0.0), Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
-               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT, Parameter("foresees", default="True")),
+               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT, Parameter("foresees", default="True"),
+               Parameter("warning_ttc", TIME, "none", low=0.0)),
+    _behaviour("ManualBrakeBehavior", "Run another behavior; a person brakes at least so hard after its warning.",
+               _INNER, Parameter("deceleration", ACCELERATION, "4 m/s^2", low=0.0),
+               Parameter("delay", TIME, "1.2 s", low=0.0)),
     _behaviour("RSSBehavior", "Run another behavior; brake where responsibility-sensitive safety calls it dangerous.",
                _INNER, Parameter("response", TIME, "1 s", low=0.0),
                Parameter("leader_braking", ACCELERATION, "8 m/s^2", 0.1),

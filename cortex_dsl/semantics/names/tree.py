@@ -76,6 +76,20 @@ def attributes_read(module: nodes.Module) -> frozenset[str]:
     return frozenset(node.name for node in everything_in(module) if isinstance(node, nodes.Attribute))
 
 
+WARNINGS = ("isWarning", "timeSinceWarning", "warningTTC")
+"""Attributes of an object that say what its driver warns of."""
+BRAKES_AFTER_WARNING = "ManualBrakeBehavior"
+
+
+def reads_warnings(module: nodes.Module) -> bool:
+    """Return True if a file reads warnings of a driver, or has somebody who brakes after one."""
+    return any(
+        (isinstance(node, nodes.Attribute) and node.name in WARNINGS)
+        or (isinstance(node, nodes.Name) and node.id == BRAKES_AFTER_WARNING)
+        for node in everything_in(module)
+    )
+
+
 def attributes_set(module: nodes.Module) -> frozenset[str]:
     """Every attribute that a behaviour or a monitor assigns."""
     return frozenset(node.target.name for node in everything_in(module) if isinstance(node, nodes.SetAttribute))

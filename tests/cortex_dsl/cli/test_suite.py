@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -26,6 +27,7 @@ from engine.gates.ratings import Colour
 
 Run = Callable[..., Any]
 BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
+BLIND_ON_PATH = "FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH, max_lateral=none)"
 NEVER = "EmergencyBrakeBehavior(FollowLaneBehavior(EGO_SPEED), min_speed={})"
 """An emergency brake with a condition for a speed below which it never begins."""
 
@@ -52,7 +54,8 @@ def test_every_cell_has_a_source_and_its_scenario_compiles(name: str) -> None:
     assert suite.edition
     assert all(cell.source and cell.status in ("verified", "unverified") for cell in suite.cells)
     used = {group.file.name for group in suite.groups if group.file is not None}
-    assert used | {"lab.scn", "suite.toml"} == {path.name for path in suite.folder.iterdir()}
+    helpers = {"lab.scn", "suite.toml"} | ({"turns.scn"} if name.startswith("euroncap") else set())
+    assert used | helpers == {path.name for path in suite.folder.iterdir()}
     for group in suite.groups:
         assert (group.file is None) == all(cell.reason for cell in group.cells)
         if group.file is not None:
@@ -63,13 +66,82 @@ def expected_impact(cell: CellResult) -> float:
     """Return the impact speed of an ego that keeps its speed [km/h]."""
     speed, target = float(cell.params["SPEED"]), float(cell.params.get("TARGET_SPEED", 0.0))
     along = cell.group in ("CCRs", "CCRm", "CMRs", "CBLA")
-    return speed - target if along else speed + target if cell.group == "CCFhos" else speed
+    return speed - target if along else speed + target if cell.group.startswith("CCFho") else speed
+
+
+TURNS = ("CCFtap", "CMFtap", "CPTAfs & CPTAns", "CPTAfo & CPTAno", "CBTAfs & CBTAns", "CBTAfo & CBTAno")
+
+
+def test_an_ego_that_turns_without_a_reaction_is_hit_at_the_time_of_the_cell() -> None:
+    """After 7 s, less what the corners of outlines meet before their middles."""
+    report = run_suite("euroncap-2026", BLIND_ON_PATH, budget=1, only=[*TURNS, "CCFhol"])
+    assert [group.name for group in report.groups] == ["CCFhol", *TURNS]
+    for cell in report.cells:
+        assert cell.outcome is Outcome.FAIL, cell
+        assert cell.impact == pytest.approx(expected_impact(cell), rel=0.01), cell
+        target = float(cell.params.get("TARGET_SPEED", 0.0))
+        length = {50.0: 44.0, 70.0: 60.0, 90.0: 78.0, 100.0: 88.0}.get(target, 0.0)
+        due = 7.0 if cell.group in TURNS else (60.0 + length) / target * 3.6 + 1.5
+        assert float(cell.event.split(" s")[0]) == pytest.approx(due, abs=0.13), cell
+
+
+@pytest.mark.parametrize("name", TURNS)
+@pytest.mark.parametrize(
+    ("driver", "said"), [(BLIND, "does not follow `EGO_PATH`"), ("FollowLaneBehavior", "EGO_PATH")]
+)
+def test_a_driver_that_keeps_its_lane_has_no_result_where_the_ego_turns(name: str, driver: str, said: str) -> None:
+    """Neither green nor red: it was not in the test."""
+    report = run_suite("euroncap-2026", driver, budget=1, only=[name])
+    assert {cell.outcome for cell in report.cells} == {Outcome.NOT_RUN}
+    assert said in report.cells[0].reason
+
+
+WARNS = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH), warning_ttc={} s)"
+SEES = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH), range={})"
+
+
+@pytest.mark.parametrize(
+    ("suite", "group"),
+    [("euroncap-2026", "CCRs FCW"), ("euroncap-2026", "CMRs FCW"), ("fmvss-127", "slower lead with manual brake")],
+)
+def test_a_person_brakes_only_where_the_driver_warns(suite: str, group: str) -> None:
+    """A brake that never acts, and a person after its warning: avoided; without a warning there is no result."""
+    only = [f"{group}*"]
+    person = WARNS.replace("warning_ttc", "max_speed=0 m/s, warning_ttc").format(8)
+    warned = run_suite(suite, person, budget=4, only=only)
+    assert {cell.outcome for cell in warned.cells} == {Outcome.PASS}
+    late = run_suite(suite, person.replace("=8 s", "=0.4 s"), budget=4, only=only)
+    assert {cell.outcome for cell in late.cells} == {Outcome.FAIL}
+    for driver in ("EmergencyBrakeBehavior", "FollowLaneBehavior"):
+        silent = run_suite(suite, driver, budget=4, only=only)
+        assert {cell.reason for cell in silent.cells} == {suite_cells.NO_WARNING}
+
+
+def test_a_warning_in_time_is_as_good_as_no_contact() -> None:
+    """In rows at 70 and 80 km/h: from a time to collision of 1.7 s on."""
+    only = ["CPLA day/[78]0/25", "CBLA/[78]0/25"]
+    for ttc, outcome in ((1.8, Outcome.PASS), (1.6, Outcome.FAIL)):
+        driver = WARNS.replace("warning_ttc", "max_speed=0 m/s, warning_ttc").format(ttc)
+        assert {cell.outcome for cell in run_suite("euroncap-2026", driver, budget=1, only=only).cells} == {outcome}
+
+
+def test_a_night_is_run_with_the_sensor_that_the_driver_states() -> None:
+    """A sensor that sees as far as by day has the results of the day; a blind one those of an ego without a brake."""
+    for name in ("CPNA", "CPLA", "CPNCO", "CPFA"):
+        same = run_suite("euroncap-2026", SEES.format("150 m + 0 m * LIGHT"), budget=1, only=[f"{name} *"])
+        day, night = same.groups
+        assert [cell.colour for cell in day.cells] == [cell.colour for cell in night.cells]
+        blind = run_suite("euroncap-2026", SEES.format("0.1 m if LIGHT < 10 else 150 m"), budget=1, only=[f"{name} *"])
+        assert [cell.colour for cell in blind.groups[0].cells] == [cell.colour for cell in day.cells]
+        assert {cell.outcome for cell in blind.groups[1].cells} == {Outcome.FAIL}
+        unsaid = run_suite("euroncap-2026", SEES.format("150 m"), budget=1, only=[f"{name} night"])
+        assert {cell.outcome for cell in unsaid.cells} == {Outcome.NOT_RUN}
 
 
 def test_an_ego_that_keeps_its_speed_strikes_the_target_of_every_cell_at_the_nominal_speed() -> None:
     """Contact after 4 s, but for targets that brake; so every cell that is run fails."""
     report = run_suite("euroncap-2026", BLIND, budget=1)
-    run = [cell for cell in report.cells if cell.outcome is not Outcome.NOT_RUN]
+    run = [cell for cell in report.cells if cell.outcome is not Outcome.NOT_RUN and cell.group != "CCFhol"]
     assert len(run) == 631
     for cell in run:
         assert cell.outcome is Outcome.FAIL, cell
@@ -486,6 +558,58 @@ def test_the_rule_expect_needs_a_scenario_with_one(cortexc: Run, home: Path) -> 
     assert result.code == Exit.USAGE
     assert "cell `following gap/10` has the rule `expect`, but following.scn has no `expect`" in result.err
     assert "help:" in result.err
+
+
+def test_a_workbook_needs_its_package_and_a_folder(
+    cortexc: Run, home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before any cell is run."""
+    words = ("suite", "euroncap-2026", "--ego", "EmergencyBrakeBehavior", "--workbook", str(tmp_path / "t.xlsx"))
+    assert cortexc(*words).code == Exit.USAGE
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    result = cortexc(*words, "--out", str(tmp_path / "out"))
+    assert result.code == Exit.USAGE
+    assert "the package `openpyxl`, which is not installed" in result.err
+    assert "[workbook]" in result.err
+
+
+class Sheet:
+    """A sheet of a workbook in memory, as openpyxl has them."""
+
+    def __init__(self, rows: list[tuple[str, str]]) -> None:
+        self.rows = rows
+
+    def iter_rows(self, **_: object) -> list[tuple[str, str]]:
+        """Return the rows."""
+        return self.rows
+
+
+class Book(dict[str, Sheet]):
+    """A workbook in memory."""
+
+    @property
+    def sheetnames(self) -> list[str]:
+        return list(self)
+
+
+@pytest.mark.parametrize(
+    ("version", "said"),
+    [("4.1.0", "of version 4.1.0; the colours of version 5.4.9 are known"), (None, "no template of the rating")],
+)
+def test_a_workbook_of_another_version_is_refused(
+    cortexc: Run, home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: str | None, said: str
+) -> None:
+    """By the version that its generator wrote, before any cell is run."""
+    sheets = {} if version is None else {"Version": Sheet([("Template version", version)])}
+    fake = SimpleNamespace(load_workbook=lambda _: Book(sheets))
+    fake.utils = SimpleNamespace(exceptions=SimpleNamespace(InvalidFileException=KeyError))
+    monkeypatch.setitem(sys.modules, "openpyxl", fake)
+    result = cortexc(
+        "suite", "un-r152", "--ego", "EmergencyBrakeBehavior", "--workbook", "t.xlsx", "--out", str(tmp_path / "out")
+    )
+    assert result.code == Exit.USAGE
+    assert said in " ".join(result.err.split())
+    assert "generate-template" in result.err
 
 
 def test_the_list_names_every_suite(cortexc: Run) -> None:

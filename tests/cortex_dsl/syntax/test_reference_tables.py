@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.semantics.acting.statements import SETTINGS
-from cortex_dsl.semantics.evaluation import attributes, lanes, regions, relations, signals, streets
+from cortex_dsl.semantics.evaluation import alignments, attributes, lanes, regions, relations, signals, streets
 from cortex_dsl.semantics.evaluation.driving import OF_OBJECTS
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
@@ -216,6 +216,7 @@ def road_attributes() -> Rows:
             "sidewalk": streets.OF_SURFACE[SurfaceKind.SIDEWALK],
             "crossing": streets.OF_SURFACE[SurfaceKind.CROSSING],
             "kerb, shoulder, bicycle lane": streets.OF_SURFACE[SurfaceKind.CURB],
+            "path": alignments.OF_PATH,
             "centre line": lanes.OF_CENTERLINE,
             "traffic light": attributes._SIGNAL,
             "sign": attributes._SIGN,
