@@ -5,10 +5,11 @@
 
 `--list` names the scenes behind `avoidable` and `stood`: `driven(text_of(FILE, DRIVER), NUMBER, NUMBER + 1, 1)` is one.
 
-Each driver of the library drives the same fair scenes of the examples A to F and of `benchmarks.suite`. The ego of a
-file is replaced by the driver, who follows the same lanes. In A to F it wants to go as fast as it starts, but at least
-30 km/h, so that it can be through within the 20 s of a run; a run ends when the ego is 3 m behind the intersection.
-What is fair is asked of the blind driver, who follows its lanes and looks at nobody.
+Each driver of the library drives the same fair scenes of the examples A to F, of `benchmarks.suite`, and of
+`crossing`, where somebody uses a crossing of a street (`benchmarks/crossing.scn`); there it is through 15 m behind
+the crossing. The ego of a file is replaced by the driver, who follows the same lanes. In A to F it wants to go as
+fast as it starts, but at least 30 km/h, so that it can be through within the 20 s of a run; a run ends when the ego
+is 3 m behind the intersection. What is fair is asked of the blind driver, who follows its lanes and looks at nobody.
 
     collisions  share of the scenes in which the ego touches somebody
     avoidable   … that the reference driver of UN R157 avoids, from where this driver has brought itself
@@ -53,6 +54,9 @@ EXAMPLES = {
     "E": "right_into_crossing",
     "F": "three_way_left",
 }
+CROSSING = "crossing"
+"""The file of a street with a crossing, beside this one."""
+BEHIND_CROSSING = "ego.position.x > 15 m"
 DRIVERS = {
     "blind": "FollowTrajectoryBehavior({speed}, {way})",
     "straight brake": "EmergencyBrakeBehavior(FollowTrajectoryBehavior({speed}, {way}), foresees=False)",
@@ -101,6 +105,8 @@ class Row:
 
 def goes_there(file: str, driver: str) -> bool:
     """Whether a driver can be told the way of the ego; who chooses lanes follows none."""
+    if file == CROSSING:
+        return "GapAcceptance" not in DRIVERS.get(driver, "")
     return driver not in DRIVERS or "{way}" in DRIVERS[driver] or (file not in EXAMPLES and _of_suite(file)[3] is None)
 
 
@@ -108,6 +114,11 @@ def text_of(file: str, driver: str) -> str:
     """Return the file with a driver for its ego: a row of `DRIVERS`, a template like these, or one from outside."""
     if file in EXAMPLES:
         return _example(file, driver)
+    if file == CROSSING:
+        text = (ROOT / "benchmarks" / f"{file}.scn").read_text()
+        return _ended(
+            text.replace("FollowLaneBehavior(EGO_SPEED)", _driver(driver, "EGO_SPEED", None)), BEHIND_CROSSING
+        )
     text, start, end, way = _of_suite(file)
     passed = PASSED if way is None else f"ego in {way}.endLane and {BEHIND}"
     return _ended(text[:start] + _driver(driver, "EGO_SPEED", way) + text[end:], passed)
@@ -280,15 +291,16 @@ def _lines(made: Sequence[Row]) -> Iterator[str]:
     yield "|---|---|---|---|---|---|---|---|"
     for row in made:
         shares = " | ".join(f"{100 * each:.2f} %" for each in (row.collisions, row.avoidable, row.struck, row.stood))
-        passing = "| |" if row.through != row.through else f"{100 * row.through:.1f} % | {row.lost:+.1f} s |"
-        yield f"| {row.file} | {row.driver} | {shares} | {passing}"
+        through = "" if row.through != row.through else f"{100 * row.through:.1f} %"
+        lost = "" if row.lost != row.lost else f"{row.lost:+.1f} s"
+        yield f"| {row.file} | {row.driver} | {shares} | {through} | {lost} |"
 
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.drivers", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--scenes", type=int, default=2000, help="fair ones of each file")
     parser.add_argument(
-        "--files", default=",".join(EXAMPLES), help="A to F, and names of the suite, or `suite`, or `all`"
+        "--files", default=",".join(EXAMPLES), help="A to F, `crossing`, and names of the suite, or `suite`, or `all`"
     )
     parser.add_argument("--drivers", default=",".join(DRIVERS), help="names with commas between them")
     parser.add_argument("--ego", metavar="NAME", help="one more: python:package.module:function or process:COMMAND")
@@ -298,7 +310,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
     suite = sorted(file.stem for file in (ROOT / "benchmarks" / "suite").glob("*.scn"))
-    groups = {"suite": suite, "all": [*EXAMPLES, *suite]}
+    groups = {"suite": suite, "all": [*EXAMPLES, *suite, CROSSING]}
     files = groups.get(options.files) or options.files.split(",")
     for name in [each for each in files if each not in groups["all"]]:
         parser.error(f"there is no file `{name}`; there are {', '.join(groups['all'])}")

@@ -38,8 +38,8 @@ def small_designs() -> Iterator[None]:
         yield
 
 
-def shared(factory: pytest.TempPathFactory, name: str, *words: object) -> Path:
-    """Return the folder that a command wrote to `--out`; no test may change it."""
+def shared(factory: pytest.TempPathFactory, name: str, *words: object, code: int = 0) -> Path:
+    """Return the folder that a command wrote to `--out`, ending with `code`; no test may change it."""
     home = factory.getbasetemp()
     home = (home.parent if "PYTEST_XDIST_WORKER" in os.environ else home) / "shared"
     home.mkdir(exist_ok=True)
@@ -48,7 +48,7 @@ def shared(factory: pytest.TempPathFactory, name: str, *words: object) -> Path:
         if not made.exists():
             with redirect_stdout(StringIO()) as said, pytest.MonkeyPatch.context() as patch:
                 patch.setenv("COLUMNS", "100")
-                assert main([*map(str, words), "--out", str(folder)]) == 0
+                assert main([*map(str, words), "--out", str(folder)]) == code
             made.write_text(said.getvalue(), encoding="utf-8")
     return folder
 

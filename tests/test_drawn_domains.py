@@ -20,18 +20,18 @@ import cortex_dsl as cx
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.semantics.evaluation.maps import DIMENSIONS, MAP_ARGUMENTS, PLACES, TRUTHS, WHOLE
 from cortex_dsl.semantics.names.builtins import BUILTINS
-from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES, Domain
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, MEASURED, PROPERTIES, Domain
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, TIME, si_word
 from engine.outcomes import OUTCOMES
 from engine.vocabulary import ManeuverType
 from tests.laws import examples, share
-from tests.test_symmetry import View, call, way
+from tests.test_symmetry import ON_FOOT, STREET, View, call, way
 
 ROOT = Path(__file__).parent.parent
 LANES = way(View(), 0, ManeuverType.STRAIGHT, 1)
 FILE = """
 {model}
-map intersection(approach=80 m, lanes=2)
+map intersection(approach=80 m, lanes=2{street})
 {line}
 {signals}
 environment({environment})
@@ -66,6 +66,7 @@ USUAL = {
     "statement": "wait",
     "properties": "with speed 3 m/s",
     "walk": "",
+    "street": "",
     "signals": "signals(green=10 s)",
     "model": "",
     "end": "",
@@ -136,6 +137,8 @@ OTHERS: Mapping[str, tuple[Domain, str, str]] = {
         f"new Car meeting other at 0.5 after @, with speed 5 m/s, {PLACED}",
     ),
     "mutate": (Domain("the scale of `mutate`", PURE), "end", "mutate third by @"),
+    "age": (MEASURED["age"], "walk", ", with age @"),
+    "doorLength": (MEASURED["doorLength"], "end", f"new Car at (900, 0), {PLACED}, with doorLength @"),
     "visibleDistance of a place": (
         PROPERTIES["visibleDistance"],
         "end",
@@ -243,11 +246,16 @@ def file(end: End, form: str, line: str = "", given: str = "0") -> str:
     texts = {**USUAL, "line": line, "lanes": LANES, "behavior": behavior, "given": given}
     if form == "given" and place == "behavior":
         texts |= {"wrapping": f"behavior Wrapping(given):\n    do {behavior}", "behavior": f"Wrapping({given})"}
+    if place == "behavior" and name in ON_FOOT:
+        walk = f", with behavior {texts['behavior']}"
+        texts |= {"behavior": "IdleBehavior()", "walk": walk, "street": f", {STREET}"}
     if place == "property":
         # The speed at the start, 0 here, is at most the top speed.
         texts["properties"] = f"with {name} {form}, " + ("with topSpeed 200 m/s" if name == "speed" else "with speed 0")
     elif place == "class":
         texts["class_property"] = f"{name}: {form}" + ("\n    topSpeed: 200 m/s" if name == "speed" else "")
+    elif place == "distribution":
+        texts["end"] = f"require {name}({form}) < 10 m/s"
     elif place == "environment":
         texts["environment"] = f"{name}={form}"
     elif name in OTHERS:
@@ -373,6 +381,7 @@ CHECKED = {
     "evaluation.alignments._line_or": "line of a path",
     "evaluation.random_values.deviation_of": "Normal",
     "evaluation.calls.scenic_steering": "share of steering",
+    "evaluation.making._measured": "age",
     "evaluation.mutation._scale": "mutate",
     "evaluation.objects._own_view": "visibleDistance of a place",
     "evaluation.regions._length": "circle",

@@ -117,7 +117,9 @@ def test_the_page_names_the_columns_that_are_observed() -> None:
     assert all(f"`{name}`" in page for name, _ in EACH)
 
 
-@pytest.mark.parametrize("name", ["search.md", "continuous-integration.md", "rating-and-regulation-tests.md"])
+@pytest.mark.parametrize(
+    "name", ["search.md", "continuous-integration.md", "rating-and-regulation-tests.md", "audit.md"]
+)
 def test_a_page_can_be_followed(name: str, tmp_path: Path, follow: Follow) -> None:
     """From top to bottom in a folder with the examples and the scenario that it has; all others compile in other tests.
 

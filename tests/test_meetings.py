@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cortex_dsl import compile_text
+from cortex_dsl import CompileError, compile_text
 from engine import batch
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -159,3 +159,47 @@ expect always not self.collided or ego.speed - other.speed <= 10 km/h as "at mos
     too_fast = outcomes.collided & (relative > limit)
     assert 0 < too_fast.sum() < outcomes.collided.sum() < 60
     assert ((outcomes.broken[:, 0] == 1.0) == too_fast).all()
+
+
+@pytest.mark.parametrize(
+    ("meeting", "code", "said", "place"),
+    [
+        ("meeting ego at -1 after 4 s", "SCN402", "the share of the width after `at` is -1", "-1"),
+        ("meeting ego at 50 after 4 s", "SCN402", "must be between -0.9 and 1.9", "50"),
+        ("meeting ego at SHARE after 4 s", "SCN403", "may become -2", "SHARE"),
+        ("meeting ego at 0.5 after 1e9 s", "SCN402", "must be between 0 s and 1000 s", "1e9 s"),
+        ("meeting ego at 0.5 after -1 s", "SCN402", "must be at least 0 s", "-1 s"),
+        ("meeting ego after 4 s", "SCN101", "a meeting lacks `at P`", "after"),
+        ("meeting ego at 0.5", "SCN101", "a meeting lacks `after T`", ","),
+        ("meeting ego", "SCN101", "a meeting lacks `at P`", ","),
+        ("meeting at 0.5 after 4 s", "SCN101", "a meeting lacks an object", "at"),
+        ("meeting ego at 0.5 by 4 m", "SCN101", "a meeting lacks `after T`", "by"),
+    ],
+)
+def test_a_meeting_that_cannot_be_is_refused_at_its_place(meeting: str, code: str, said: str, place: str) -> None:
+    """A place beside the other, a time of years, and a meeting without a part have a diagnostic there, with a cure."""
+    text = f"""
+map road(length=400 m)
+param SHARE = Range(-2, 2)
+ego = new Car following roadDirection from network.lanes[0].centerline[0] for 50 m, with speed 10 m/s
+other = new Car {meeting}, with speed SHARE * 1 m/s + 3 m/s
+"""
+    with pytest.raises(CompileError) as caught:
+        compile_text(text)
+    (found,) = caught.value.diagnostics
+    assert found.code == code
+    assert said in found.message
+    assert text[found.label.span.start : found.label.span.end] == place
+    assert found.cure
+
+
+def test_places_of_the_suites_are_meetings() -> None:
+    """Targets beside the width of the car, with their tolerances, are met."""
+    for share in (-0.61, -0.25, 1.25, 1.61):
+        compile_text(
+            f"""
+map road(length=400 m)
+ego = new Car following roadDirection from network.lanes[0].centerline[0] for 50 m, with speed 10 m/s
+other = new Car meeting ego at {share} after 4 s, with speed 1 m/s
+"""
+        )

@@ -25,7 +25,7 @@ from engine.metrics import bodies_of
 from engine.metrics.measures import measure_trajectory
 from engine.outcomes import OUTCOMES, Outcomes, Per
 from engine.road.build import build_network
-from engine.road.network import Maneuver, Network
+from engine.road.network import Maneuver, Network, Surface, SurfaceKind
 from engine.scenes import Scenes
 from engine.search.objectives import BUILT_IN, Runs
 from engine.tables import Floats, Ints
@@ -120,7 +120,7 @@ ENCOUNTERS = {
 }
 
 TEXT = """
-map intersection(approach={approach}, lanes={lanes}, left_hand={mirrored})
+map intersection(approach={approach}, lanes={lanes}, left_hand={mirrored}{street})
 param MINE = Range({near}, {far}) {length}
 param THEIRS = Range({near}, {far}) {length}
 param THIRD = Range({near}, {far}) {length}
@@ -139,6 +139,8 @@ terminate after 8 s
 CAR = "{name} = new Car before intersection by {place} along {way}, with speed fast, with behavior {behavior}"
 ASKEW = """{name} = new Car {kerb} of spot by {aside}, facing {turn} relative to ego.heading, with speed FAST,
     with behavior ConstantSpeedBehavior(FAST), with regionContainedIn None"""
+WALKER = """{name} = new Pedestrian at {place} offset by (0 m, {aside}), facing {turn} relative to ego.heading,
+    with behavior {behavior}"""
 PROP = "{name} = new Obstacle {kerb} of spot by {beside}, with regionContainedIn None"
 TRACK = '"""\ntime,x,y,heading,speed\n0,0,0,0,8\n1,8,{0},{1},8\n3,23,{2},{1},8\n"""'
 ARGUMENTS = {
@@ -152,14 +154,33 @@ ARGUMENTS = {
     "distance": "{far}",
     "deceleration": "3 m/s^2",
     "track": "{track}",
+    "crossing": "{crossing}",
+    "sidewalk": "{sidewalk}",
 }
 """What is given to each parameter that has no default, and to `trajectory`; a new one needs a row here."""
 NONE: Mapping[str, str] = {}
+ON_FOOT = ("WalkAlongBehavior", "UseCrossingBehavior")
+"""Behaviors of people, which need a street."""
+STREET = "sidewalk=2.5 m, crossings=True"
 
 
 @cache
 def network(mirrored: bool) -> Network:
-    return build_network(RoadSpec(lanes=LANES, approach=APPROACH, left_hand=mirrored))
+    return build_network(RoadSpec(lanes=LANES, approach=APPROACH, left_hand=mirrored, sidewalk=2.5, crossings=True))
+
+
+def walkways(view: View) -> tuple[Surface, Surface, int]:
+    """Return the crossing over the arm of the ego, the sidewalk beside it, and which end of the crossing is there."""
+    road = network(view.mirrored)
+    lane = next(m.start_lane for m in road.maneuvers if f"[{m.start_lane.source}," in way(view, 0, AHEAD, 1))
+    sidewalk = road.beside(lane.road, SurfaceKind.SIDEWALK, forward=lane.forward)
+    assert sidewalk is not None
+    (leg,) = [leg for leg in road.intersections[0].legs if lane in leg.incoming_lanes]
+    number = road.intersections[0].legs.index(leg)
+    crossing = next(each for each in road.surfaces if each.kind is SurfaceKind.CROSSING and each.arm == number)
+    end = road.paths.pose(lane.path, lane.length)
+    apart = [np.hypot(each.x - end.x, each.y - end.y) for each in crossing.ends_at]
+    return crossing, sidewalk, int(np.argmin(apart))
 
 
 def way(view: View, quarters: int, turn: ManeuverType, lane: int) -> str:
@@ -183,7 +204,17 @@ def call(name: str, view: View, way: str, partner: str, speed: str, more: Mappin
     sign = -1.0 if view.mirrored else 1.0
     track = TRACK.format(sign * 0.5, sign * 0.2, sign * 3.5)
     inner = "_laneToRight" if view.mirrored else "_laneToLeft"
-    given = {"way": way, "partner": partner, "speed": speed, "track": track, "inner": inner, "far": view.length(30.0)}
+    crossing, sidewalk, _ = walkways(view)
+    given = {
+        "crossing": crossing.source,
+        "sidewalk": sidewalk.source,
+        "way": way,
+        "partner": partner,
+        "speed": speed,
+        "track": track,
+        "inner": inner,
+        "far": view.length(30.0),
+    }
     needed = [p.name for p in BUILTINS[name].parameters if p.default is None or p.name == "trajectory"]
     arguments = {each: ARGUMENTS[each].format(**given) for each in needed} | dict(more)
     return f"{name}({', '.join(f'{each}={text}' for each, text in arguments.items())})"
@@ -197,16 +228,28 @@ def text(name: str, view: View) -> str:
     else:
         drivers = call(name, view, "mine", names.other, usual), blind.format("fast", "theirs")
     kerb = "left" if view.mirrored else "right"
+    walker, street = "", ""
+    if name in ON_FOOT:
+        walks = call(name, view, "mine", names.other, usual, {"speed": view.speed(1.5)})
+        (crossing, _, end), street = walkways(view), f", {STREET}"
+        drivers = blind.format(usual, "mine"), drivers[1]
+        place, aside = f"{crossing.source}.centerline.{('start', 'end')[end]}", view.length(2.0 if end else -2.0)
+        turn = "-turn" if view.mirrored else "turn"
+        walker = WALKER.format(name=names.askew, place=place, aside=aside, turn=turn, behavior=walks)
     lines = (
         CAR.format(name=names.other, place="second", way="theirs", behavior=drivers[1]),
         CAR.format(name=names.third, place="third", way="last", behavior=blind.format("fast", "last")),
-        ASKEW.format(name=names.askew, kerb=kerb, aside=view.length(15.0), turn="-turn" if view.mirrored else "turn"),
+        walker
+        or ASKEW.format(
+            name=names.askew, kerb=kerb, aside=view.length(15.0), turn="-turn" if view.mirrored else "turn"
+        ),
         PROP.format(name=names.parked, kerb=kerb, beside=view.length(1.2)),
     )
     return TEXT.format(
         approach=view.length(APPROACH),
         lanes=LANES,
         mirrored=view.mirrored,
+        street=street,
         near=15.0 * view.units.length[1],
         far=60.0 * view.units.length[1],
         length=view.units.length[0],

@@ -1,4 +1,4 @@
-"""Twelve scenarios with competent egos, fair starts and known rates of failure: which searcher finds what is rare?
+"""Scenarios with competent egos, fair starts and known rates of failure: which searcher finds what is rare?
 
     python -m benchmarks.suite --truth --count 200000            # more plain draws, added to truth.json
     python -m benchmarks.suite --methods random,ga,best_first --runs 30 --budget 3000
@@ -6,6 +6,6 @@
 
 In every file the ego brakes for whatever is about to be struck, and gives way or keeps its distance; others that could
 be in its way start 40 m away or more. A failure is a collision that is no fault of another (`engine.vocabulary.Fault`).
-Its mechanism is whom the ego met and on which side of itself. Half of the files are for tuning a method, the others
-judge.
+Its mechanism is whom the ego met and on which side of itself, or the planted defect that it came from. README.md says
+what the groups of files are for.
 """

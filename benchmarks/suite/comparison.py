@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.suite.outside import OUTSIDE
-from benchmarks.suite.scenarios import HERE, Runs, scenario
+from benchmarks.suite.scenarios import HERE, Runs, planted_in, scenario
 from engine.config import Config
 from engine.program import Program
 from engine.risk import PROFILES
@@ -130,20 +130,20 @@ def found_in(
     """The figures of a campaign, in the order in which its simulations ran; `clock`: processor time at the end of each
     generation [s].
     """
-    actors = program.actors
-    evaluations = campaign.evaluations
+    evaluations, defects = campaign.evaluations, planted_in(name)
     told = evaluations.rollouts
     new = evaluations.simulated & (told.verdict[:, 0] == 0)
     columns = ("collided", "fault", "pair", "side", "ego_speed", "other_speed")
-    runs = Runs(**{column: getattr(told, column)[new, 0] for column in columns})
-    mechanisms, rows = runs.mechanisms(actors), np.flatnonzero(runs.failed).tolist()
+    of_pairs = {column: getattr(told, column)[new, 0] for column in columns}
+    runs = Runs(**of_pairs, genomes=evaluations.genomes[new])
+    mechanisms, rows = runs.mechanisms(program, defects), np.flatnonzero(runs.failed).tolist()
     first: dict[str, int] = {}
     for mechanism, row in zip(mechanisms, rows, strict=True):
         first.setdefault(mechanism, row + 1)
     generation = evaluations.places[new, 0]
     reached = {mechanism: clock[generation[valid - 1]] for mechanism, valid in first.items()}
     budget = campaign.config.generations * campaign.config.population
-    cells = len(set(runs.cells(actors)))
+    cells = len(set(runs.cells(program, defects)))
     objective = campaign.objective[0]
     return Found(
         scenario=name,

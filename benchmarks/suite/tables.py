@@ -2,13 +2,18 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from statistics import median
 
 from benchmarks.suite.comparison import Found
 from benchmarks.suite.scenarios import HALVES, JUDGE, TUNE
 from benchmarks.suite.truth import Truth
-from engine.search.statistics import clopper_pearson
+from engine.search.statistics import clopper_pearson, holm
 
+SIMULATIONS, SECONDS = (100, 300, 1000, 3000), (1.0, 3.0, 10.0, 30.0)
+"""Points of the curves."""
+LEVEL = 0.05
+"""Error rate of a ranking."""
 BASELINE = "random"
 """The method whose time is the equal time of all."""
 
@@ -147,6 +152,49 @@ def _of_methods(cells: Cells, methods: Sequence[str], half: str) -> Iterator[str
             f"| {method} | {half} | {len(of_each)} | {runs} | {found} ({(found + 1) / (runs + 2):.0%}) "
             f"| {low:.0%} .. {high:.0%} | {mechanisms:.1f} of {known} | {in_time:.1f} | {covered:g} | {seconds:.1f} |"
         )
+
+
+# -- how soon, and who is better ---------------------------------------------------------------------------------------
+
+
+def curves(found: Sequence[Found], truths: dict[str, Truth]) -> str:
+    """Share of targets that a run has reached after so many valid simulations, and after so many seconds of a
+    processor: the empirical distribution of the effort until a target is found, over files, runs and known mechanisms.
+    """
+    cells = cells_of([each for each in found if each.processor is not None], truths)
+    methods = list(dict.fromkeys(method for row in cells.values() for method in row))
+    heads = [*(f"{each:,}" for each in SIMULATIONS), *(f"{each:g} s" for each in SECONDS)]
+    lines = [f"| method | files | targets | {' | '.join(heads)} |", f"|{'---|' * (3 + len(heads))}"]
+    for method in methods:
+        of_each = [row[method] for row in cells.values() if method in row]
+        targets = [(row, each) for cell in of_each for row in cell.rows for each in cell.truth.known]
+        shares = [
+            *(sum(row.first.get(each, limit + 1) <= limit for row, each in targets) for limit in SIMULATIONS),
+            *(sum(row.reached.get(each, limit + 1.0) <= limit for row, each in targets) for limit in SECONDS),
+        ]
+        told = " | ".join(f"{share / len(targets):.0%}" for share in shares)
+        lines.append(f"| {method} | {len(of_each)} | {len(targets)} | {told} |")
+    return "\n".join(lines)
+
+
+def ranking(found: Sequence[Found], truths: dict[str, Truth]) -> str:
+    """Each pair of methods over the files that both have runs on: mechanisms found, by the test of Wilcoxon (1945) on
+    the differences of the means of each file, corrected by Holm (1979).
+    """
+    from scipy.stats import wilcoxon
+
+    cells = cells_of([each for each in found if each.processor is not None], truths)
+    methods = list(dict.fromkeys(method for row in cells.values() for method in row))
+    rows = []
+    for one, other in combinations(methods, 2):
+        pairs = [row[one].mechanisms - row[other].mechanisms for row in cells.values() if one in row and other in row]
+        p = float(wilcoxon(pairs).pvalue) if any(pairs) else 1.0
+        rows.append((one, other, len(pairs), sum(each > 0 for each in pairs), sum(each < 0 for each in pairs), p))
+    lines = ["| method | against | files | more in | fewer in | p, Holm | |", "|---|---|---|---|---|---|---|"]
+    for row, p in zip(rows, holm([row[-1] for row in rows]), strict=True):
+        verdict = ("better" if row[3] > row[4] else "worse") if p < LEVEL else "undecided"
+        lines.append(f"| {row[0]} | {row[1]} | {row[2]} | {row[3]} | {row[4]} | {p:.3f} | {verdict} |")
+    return "\n".join(lines)
 
 
 def _time(cell: Cell) -> float:

@@ -5,24 +5,30 @@ Draws are numbered, so that pieces add up to one campaign: the next piece begins
 
 import json
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.random import default_rng
 
-from benchmarks.suite.scenarios import HALVES, HERE, Runs, scenario
-from cortex_dsl import Scenario
+from benchmarks.suite.planting import EDGES, Defect, planted
+from benchmarks.suite.scenarios import HALVES, HERE, HIDDEN, Runs, mechanism_of, planted_in, scenario
+from cortex_dsl import Scenario, compile_text
 from engine.batch import simulate
 from engine.sampling import draw_genomes, sample
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Method, Verdict
 
 KEPT = HERE / "truth.json"
 SEED = 20_000
 """Of no search."""
 BLOCK = 20_000
+STRATA = 3 * (len(EDGES) - 1)
+"""Shells around the three defects of a file."""
 LEAST = 0.01
 """Share of failures from which a mechanism counts as known."""
 
@@ -37,14 +43,28 @@ class Truth:
     valid: int = 0
     failures: int = 0
     mechanisms: dict[str, int] = field(default_factory=dict)
+    rates: dict[str, float] = field(default_factory=dict)
+    """By mechanism: the rate by strata around a planted defect, and …"""
+    error: float = 0.0
+    """… the standard error of their sum; `draws`, `valid` and `failures` are then those of all strata."""
 
     @property
     def rate(self) -> float:
-        return self.failures / self.valid if self.valid else float("nan")
+        return sum(self.rates.values()) if self.rates else self.failures / max(1, self.valid)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Bounds of the rate that hold with 95 %."""
+        if self.rates:
+            return self.rate - 1.96 * self.error, self.rate + 1.96 * self.error
+        low, high = clopper_pearson(self.failures, max(1, self.valid))
+        return low, high
 
     @property
     def known(self) -> tuple[str, ...]:
         """Mechanisms that are no curiosities, the most frequent first."""
+        if self.rates:
+            return tuple(sorted(self.rates, key=lambda name: -self.rates[name]))
         often = Counter(self.mechanisms).most_common()
         return tuple(name for name, count in often if count >= max(2.0, LEAST * self.failures))
 
@@ -58,29 +78,83 @@ def add(names: list[str], count: int, jobs: int, path: Path = KEPT) -> None:
     """Make so many further draws of each, and keep them after each block: an interrupted call loses one block."""
     for name in names:
         made = scenario(name)
+        if defects := planted_in(name):
+            _store(name, by_strata(made, defects, max(1, count // STRATA), jobs), path)
+            continue
         known = kept(path).get(name, Truth(made.program.digest))
         known = known if known.digest == made.program.digest else Truth(made.program.digest)
         ends = [*range(known.draws, known.draws + count, BLOCK), known.draws + count]
         for first, last in pairwise(ends):
             known = _added(known, made, *_drawn(made, first, last, jobs))
-            everything = kept(path) | {name: known}
-            rows = {each: asdict(everything[each]) for each in HALVES if each in everything}
-            path.write_text(json.dumps(rows, indent=1) + "\n")
+            _store(name, known, path)
+
+
+def _store(name: str, known: Truth, path: Path) -> None:
+    everything = kept(path) | {name: known}
+    rows = {each: asdict(everything[each]) for each in HALVES if each in everything}
+    path.write_text(json.dumps(rows, indent=1) + "\n")
 
 
 def _drawn(made: Scenario, first: int, last: int, jobs: int) -> tuple[int, int, Runs]:
     """How many were drawn, how many are valid, and the runs."""
-    program, config = made.program, made.config.simulation
     keys = key_rows(SEED, Method.SAMPLE, 0, 0, np.arange(first, last))
-    outcomes = simulate(program, sample(program, draw_genomes(program.space, keys), keys, config, jobs), config, jobs)
-    pair, rows = np.maximum(outcomes.contact_actors[:, 1] - 1, 0), np.arange(last - first)
+    valid, runs = _run(made, draw_genomes(made.program.space, keys), keys, jobs)
+    return last - first, int(valid.sum()), runs
+
+
+def _run(made: Scenario, genomes: Floats, keys: Ints, jobs: int) -> tuple[Bools, Runs]:
+    """Which genomes have a scene, and their runs."""
+    program, config = made.program, made.config.simulation
+    outcomes = simulate(program, sample(program, genomes, keys, config, jobs), config, jobs)
+    pair, rows = np.maximum(outcomes.contact_actors[:, 1] - 1, 0), np.arange(len(genomes))
     columns = {name: getattr(outcomes, name)[rows, pair] for name in ("fault", "side", "ego_speed", "other_speed")}
     valid = outcomes.verdict == Verdict.VALID
-    return last - first, int(valid.sum()), Runs(outcomes.collided & valid, pair=pair, **columns)
+    return valid, Runs(outcomes.collided & valid, pair=pair, genomes=genomes, **columns)
+
+
+def plant(seed: str, folder: Path, count: int, jobs: int) -> None:
+    """Write the planted files of a seed, and the defects that they hide; `count` runs decide how steep those are."""
+    folder.mkdir(parents=True, exist_ok=True)
+    hidden = {}
+    for each in planted(seed):
+        first = by_strata(compile_text(each.text, each.name), each.defects, max(1, count // STRATA), jobs)
+        made = each.adjusted([first.rates[mechanism_of(number)] for number in range(len(each.defects))])
+        (folder / f"{made.name}.scn").write_text(made.text)
+        hidden[made.name] = [asdict(defect) for defect in made.defects]
+        (folder / HIDDEN.name).write_text(json.dumps(hidden, indent=1) + "\n")
+
+
+def by_strata(made: Scenario, defects: Sequence[Defect], count: int, jobs: int) -> Truth:
+    """Rates of failures near each of the defects, by `count` draws of each shell; genes that a defect does not name are
+    drawn from the file. A failure near two defects counts for the one that delays the brake more.
+    """
+    space = made.program.space
+    low, width = np.array(space.low), np.array(space.high) - np.array(space.low)
+    stream, failures, rates, variance = default_rng(SEED), Counter[str](), {}, 0.0
+    draws, all_valid = 0, 0
+    for number, defect in enumerate(defects):
+        own = [space.names.index(gene) for gene in defect.genes]
+        name, rate = mechanism_of(number), 0.0
+        for volume, points in defect.shells(count, stream):
+            keys = key_rows(SEED, Method.SAMPLE, number + 1, 0, np.arange(draws, draws + count))
+            genomes = draw_genomes(space, keys)
+            genomes[:, own] = low[own] + points * width[own]
+            valid, runs = _run(made, genomes, keys, jobs)
+            hits = sum(each == name for each in runs.mechanisms(made.program, defects))
+            share = hits / count
+            rate += volume * share
+            variance += volume**2 * share * (1.0 - share) / count
+            failures[name] += hits
+            draws += count
+            all_valid += int(valid.sum())
+        rates[name] = rate
+    return Truth(
+        made.program.digest, draws, all_valid, failures.total(), dict(sorted(failures.items())), rates, variance**0.5
+    )
 
 
 def _added(known: Truth, made: Scenario, draws: int, valid: int, runs: Runs) -> Truth:
-    counts = Counter(known.mechanisms) + Counter(runs.mechanisms(made.program.actors))
+    counts = Counter(known.mechanisms) + Counter(runs.mechanisms(made.program))
     return Truth(
         known.digest,
         known.draws + draws,
@@ -93,12 +167,13 @@ def _added(known: Truth, made: Scenario, draws: int, valid: int, runs: Runs) -> 
 def table(truths: dict[str, Truth]) -> str:
     """As Markdown."""
     lines = [
-        "| scenario | for | genes | plain draws | failures | rate | 95 % interval | mechanisms, and their shares |",
+        "| scenario | for | genes | draws | failures | rate | 95 % interval | mechanisms, and their shares |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for name, truth in truths.items():
-        low, high = clopper_pearson(truth.failures, max(1, truth.valid))
-        shares = ", ".join(f"{each} {truth.mechanisms[each] / truth.failures:.0%}" for each in truth.known)
+        low, high = truth.interval
+        weights = truth.rates or truth.mechanisms
+        shares = ", ".join(f"{each} {weights[each] / sum(weights.values()):.0%}" for each in truth.known)
         genes = len(scenario(name).program.space)
         lines.append(
             f"| {name} | {HALVES[name]} | {genes} | {truth.valid:,} | {truth.failures:,} | {truth.rate:.1e} "

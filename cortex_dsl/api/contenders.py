@@ -16,7 +16,7 @@ from cortex_dsl import pipeline
 from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.api.seeded_runs import fitting_driver
-from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.names.tree import everything_in
@@ -99,6 +99,9 @@ def side_of(
         ArgumentError: it names nothing, or `ego` is given for a driver.
         ControllerError: there is no such driver.
     """
+    if not word.strip():
+        cure = f"name {FORMS}, or a behavior such as `EmergencyBrakeBehavior`"
+        raise ArgumentError("the name of a driver is empty", cure)
     path = Path(word)
     if _DRIVER.match(word):
         kind, egos = SideKind.DRIVER, parted(word)
@@ -212,13 +215,27 @@ def _with_behaviour(scenario: Scenario, word: str) -> Scenario:
     try:
         found = compile_text(whole, name, folder=Path(name).parent)
     except CompileError as error:
-        message = f"`{behaviour}` cannot drive in {name}: {error.message}"
-        raise NotComparableError(message, f"write it as it would be in the place of `{EXTERNAL}`") from error
+        message = f"`{behaviour}` cannot drive in {name}: {_placed(error, behaviour, call.span.start)}"
+        cure = error.cure or f"write it as it would be in the place of `{EXTERNAL}`"
+        raise NotComparableError(message, cure) from error
     if found.program.controls:
         others = ", ".join(f"`{control.controller}`" for control in found.program.controls)
         message = f"{others} in {name} would have no driver"
         raise NotComparableError(message, "compare drivers from outside, one for each controller")
     return found
+
+
+def _placed(error: CompileError, behaviour: str, start: int) -> str:
+    """Return the first error with its place in the text of a behavior, which begins at `start` of the whole, or in the
+    file.
+    """
+    first = next(each for each in error.diagnostics if each.severity is Severity.ERROR)
+    span = first.label.span
+    place = span.start - start
+    if 0 <= place <= len(behaviour):
+        word = behaviour[place : max(place + 1, min(span.end - start, len(behaviour)))].split("\n")[0].strip()
+        return f"character {place + 1}{f' (`{word}`)' if word else ''}: {error.message}"
+    return f"line {error.source.position(span.start).line} of the file: {error.message}"
 
 
 def _external_call(compiled: pipeline.Compiled) -> nodes.Call:

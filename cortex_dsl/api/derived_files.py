@@ -100,10 +100,13 @@ def derived_files(
 
 
 PAGE, VERIFICATION = "report.html", "verification.json"
+AUDIT_PAGE, AUDIT = "audit.html", "audit.json"
 WITH_CHECKSUM: Mapping[str, str] = {
     PAGE: "`cortexc report {}` writes the page again",
     ESTIMATES: "remove the estimates; `cortexc probability {}` estimates again",
     VERIFICATION: "`cortexc verify {} --model dynamic` asks for the second opinion again",
+    AUDIT_PAGE: "`cortexc report {} --audit` writes the page again",
+    AUDIT: "`cortexc report {} --audit` writes the page again",
 }
 """Files that contain a checksum of themselves, and the cure for a wrong one."""
 
@@ -165,7 +168,7 @@ def _fault(content: bytes, links: Sequence[str]) -> Difference | None:
 
 def refusal(folder: Path, differences: Mapping[str, Difference]) -> StoreError:
     """Return the error that names every file of a folder that differs, with the commands that write them again."""
-    cures = [cure.format(folder) for name, cure in WITH_CHECKSUM.items() if name in differences]
+    cures = list(dict.fromkeys(cure.format(folder) for name, cure in WITH_CHECKSUM.items() if name in differences))
     if any(name not in WITH_CHECKSUM for name in differences):
         surplus = " and removes what is no case of it" if Difference.SURPLUS in differences.values() else ""
         cures.insert(0, f"`cortexc report {folder}` writes the derived files again{surplus}")

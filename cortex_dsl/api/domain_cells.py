@@ -11,7 +11,7 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.files import DISK
+from cortex_dsl.files import DISK, Files
 from cortex_dsl.pipeline import compile_module
 from cortex_dsl.report.findings.coverage_report import CellResult, RequirementInfo, State
 from cortex_dsl.semantics.acting.domains import OBJECTIVE, SIGHT, requirement_name
@@ -53,11 +53,11 @@ StartCells = tuple[tuple[int, int], ...]
 
 
 class DomainPrograms:
-    """Programs of one file; `source` is its text."""
+    """Programs of one file; `source` is its text, `files` the source of its imports."""
 
-    def __init__(self, scenario: Scenario, source: Source, seed: int = 0, jobs: int = 1) -> None:
+    def __init__(self, scenario: Scenario, source: Source, seed: int = 0, jobs: int = 1, files: Files = DISK) -> None:
         self.scenario = replace(scenario, config=replace(scenario.config, driver=None))
-        self.source, self.seed, self.jobs = source, seed, jobs
+        self.source, self.seed, self.jobs, self.files = source, seed, jobs, files
         self.program = scenario.program
         self.domains = scenario.compiled.scenario.domains
         self.sizes = [len(each.cells) for each in self.domains]
@@ -68,7 +68,9 @@ class DomainPrograms:
         """Return the program of the file in which its domains have an effect."""
         scenario, module = self.scenario, self.scenario.compiled.module
         chosen = scenario.chosen
-        return compile_module(module, self.source, scenario.overrides, scenario=chosen, files=DISK, domains=use).program
+        return compile_module(
+            module, self.source, scenario.overrides, scenario=chosen, files=self.files, domains=use
+        ).program
 
     @cached_property
     def measuring(self) -> Scenario:
@@ -108,13 +110,17 @@ class DomainPrograms:
 
     def start_places(self, scenes: Scenes) -> Ints:
         """Return (n, domains) the cells of scenes; only those of domains at the start mean something."""
+        return self.places(self.start_values(scenes))
+
+    def start_values(self, scenes: Scenes) -> Floats:
+        """Return (n, domains) the values of scenes, SI; only those of domains at the start mean something."""
         config = self.measuring.config.simulation
         measured = self._measured(scenes, config)
         brief = replace(config, max_time=config.time_step)
         measuring = replace(self.measuring, config=replace(self.measuring.config, simulation=brief))
         if self.program.controls:
             measured = coasting(self.program, measured)
-        return self.places(self.values(measuring.simulate(measured, jobs=self.jobs)))
+        return self.values(measuring.simulate(measured, jobs=self.jobs))
 
     def _measured(self, scenes: Scenes, config: SimulationConfig) -> Scenes:
         """Return the same scenes of the measuring program, which have more values."""

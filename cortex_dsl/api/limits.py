@@ -35,9 +35,9 @@ def budget_of(text: str | int) -> Budget:
     number, unit = _number_and_unit(words)
     size = {"s": 1.0, "min": 60.0, "h": 3600.0}.get(unit)
     if not number > 0.0 or (unit and size is None) or not math.isfinite(number) or (not unit and number % 1.0):
-        raise ArgumentError(
-            f"--budget is `{text}`", "give a number of runs for each file (2000), or a time for all files (90s, 5min)"
-        )
+        reason = ", and at least one run is needed" if number == 0.0 else ""
+        cure = "give a number of runs for each file or cell (2000), or a time for all of them (90s, 5min)"
+        raise ArgumentError(f"--budget is `{text}`{reason}", cure)
     if size is not None:
         return Budget(seconds=number * size, text=words)
     if number > MOST_RUNS:

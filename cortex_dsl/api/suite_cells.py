@@ -124,6 +124,8 @@ class GroupRuns:
         self.blind = None if group.file is None else _blind(group.file)
         self.runs = 0
         self.files: dict[str, bytes] = {}
+        self.repeated = 0
+        self.otherwise: list[str] = []
 
     def finished(self) -> GroupResult:
         """Return the results of all cells.
@@ -142,7 +144,15 @@ class GroupRuns:
             self.cells_left -= 1
             if self.on_runs is not None:
                 self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
-        return GroupResult(self.group.name, tuple(cells), self.group.points, runs=self.runs, files=self.files)
+        return GroupResult(
+            self.group.name,
+            tuple(cells),
+            self.group.points,
+            runs=self.runs,
+            files=self.files,
+            repeated=self.repeated,
+            otherwise=tuple(self.otherwise),
+        )
 
     def _warns(self, genome: Floats) -> bool:
         """Return True if the driver tells whether it warns, as its first run shows."""
@@ -206,7 +216,26 @@ class GroupRuns:
             found = replace(found, runs=runs, failures=failures, low=interval.low, high=interval.high)
         before = self.runs
         least = self._least(cell, genome, nominal, drawn)
-        return replace(found, deviation=least, deviation_runs=self.runs - before)
+        found = replace(found, deviation=least, deviation_runs=self.runs - before)
+        again = self._repeated(cell, nominal)
+        if again is not None and again.failed[0] and not nominal.failed[0]:
+            worse = self._described(cell, Outcome.FAIL, again, 0)
+            found = replace(
+                found, outcome=worse.outcome, colour=worse.colour, contact=worse.contact, impact=worse.impact,
+                event=worse.event,
+            )  # fmt: skip
+        return found
+
+    def _repeated(self, cell: Cell, nominal: _Judged) -> _Judged | None:
+        """Drive the nominal test once more with a driver from outside, and count it if it is driven otherwise."""
+        if self.side.driver is None:
+            return None
+        again = self._run(cell, nominal.genomes, nominal.scenes.keys)
+        one, two = nominal.scenes.actions, again.scenes.actions
+        self.repeated += 1
+        if one.shape != two.shape or not np.array_equal(one, two, equal_nan=True):
+            self.otherwise.append(cell.id)
+        return again
 
     def _described(self, cell: Cell, outcome: Outcome, judged: _Judged, row: int) -> CellResult:
         return cell_result(
@@ -397,6 +426,8 @@ class GroupRuns:
         runs = int(judged.valid.sum())
         searched = SearchedRange(runs, len(failing), dict(zip(names, ranges, strict=True)), units)
         found = replace(found, references=self._references(cell, genomes))
+        if self.side.driver is not None:
+            self._repeated(cell, self._run(cell, genomes[:1], judged.scenes.keys[:1]))
         least = self._deviation(cell, genome, judged, row) if len(failing) else None
         if least is not None:
             values = {name: float(genomes[row, gene]) for name, gene in zip(names, genes, strict=True)}

@@ -4,6 +4,7 @@ import math
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from shlex import join
@@ -19,6 +20,7 @@ from cortex_dsl.api.suite_cells import (
     RUNS,
     GroupRuns,
     SuitePlan,
+    cell_result,
     has_path,
     not_run,
 )
@@ -28,7 +30,7 @@ from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.findings.suite_report import GroupResult, Outcome, SuiteReport
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from engine.driving.blocks import BLOCK as DRIVER_BLOCK
-from engine.errors import ControllerError
+from engine.errors import ControllerError, CortexError
 from engine.gates.ratings import Colour
 from engine.vocabulary import RECORDS
 
@@ -92,8 +94,11 @@ def run_plan(
     """
     check_seed(plan.seed)
     started, results = time.monotonic(), list[GroupResult]()
+    lost = None if plan.side.driver is None else _lost
+    if lost is not None and plan.jobs > 1 and prepare is not None:
+        _prepare_first(suite, plan, prepare)  # kernels are compiled with progress, and once for all processes
     try:
-        for result in results_of_files(run_group, suite.groups, plan, started, on_runs, prepare):
+        for result in results_of_files(run_group, suite.groups, plan, started, on_runs, prepare, lost):
             results.append(result)
             if on_group is not None:
                 on_group(result)
@@ -121,7 +126,27 @@ def run_plan(
         entry=tuple(broken),
         not_done=len(suite.groups) - len(results),
         seconds=time.monotonic() - started,
+        limit=plan.budget.seconds,
     )
+
+
+def _lost(group: Group) -> GroupResult:
+    """Return the result of a group whose process ended: by its driver, or by the system for want of memory."""
+    reason = "the process of this group ended while the driver drove: the driver ended it, or the memory was used up"
+    cells = (
+        not_run(cell, cell.reason) if cell.reason else cell_result(cell, Outcome.ERROR, reason=reason)
+        for cell in group.cells
+    )
+    return GroupResult(group.name, tuple(cells), group.points, "" if group.file is None else group.file.name)
+
+
+def _prepare_first(suite: Suite, plan: SuitePlan, prepare: Prepare) -> None:
+    """Prepare the scenario of the first group in which the driver fits."""
+    for group in suite.groups:
+        if group.file is not None:
+            with suppress(CortexError):  # the run of the group reports it
+                prepare(contender(_with_speed(plan.side), group.file).scenario)
+                return
 
 
 def run_group(

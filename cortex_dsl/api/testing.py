@@ -137,14 +137,21 @@ def results_of_files(
     started: float,
     on_runs: OnRuns | None,
     prepare: Prepare | None,
+    lost: Callable[[JobT], ResultT] | None = None,
 ) -> Iterator[ResultT]:
     """Yield the results in order: of the first files from this process, of the rest from processes of their own.
 
+    `lost` returns the result of a file whose process ended; with it and several jobs, all files run in processes of
+    their own, so that a driver that ends its process ends no other.
+
     Raises:
-        WorkersLostError: a worker process was killed.
+        WorkersLostError: a worker process was killed, and there is no `lost`.
     """
     share = plan.budget.seconds * min(plan.jobs, len(files)) / len(files)
     alone = _with_jobs(plan, plan.jobs if len(files) == 1 else 1)
+    if lost is not None and plan.jobs > 1:
+        yield from _apart(judge, files, alone, min(plan.jobs, len(files)), share, lost)
+        return
     for number, file in enumerate(files):
         if plan.jobs > 1 and len(files) - number > 1 and time.monotonic() - started > ALONE:
             workers = min(plan.jobs, len(files) - number)
@@ -157,26 +164,49 @@ def _with_jobs(plan: Any, jobs: int) -> Any:
     return replace(plan, jobs=jobs)
 
 
-def _apart(judge: Judge[ResultT], files: Sequence[JobT], plan: Plan, workers: int, share: float) -> Iterator[ResultT]:
+def _apart(
+    judge: Judge[ResultT],
+    files: Sequence[JobT],
+    plan: Plan,
+    workers: int,
+    share: float,
+    lost: Callable[[JobT], ResultT] | None = None,
+) -> Iterator[ResultT]:
     """Yield the results of files that processes of their own run.
 
+    If one of them is killed, each file without a result runs once more in a process of its own; `lost` is the result
+    of one that is killed again.
+
     Raises:
-        WorkersLostError: one of them was killed.
+        WorkersLostError: one of them was killed, and there is no `lost`.
     """
     from engine.search.workers import WorkersLostError, apart, process_pool, tells_of_a_kill
 
-    with process_pool(workers) as pool:
-        futures = [pool.submit(judge, file, plan, share) for file in files]
-        try:
-            for future in futures:
-                yield apart(future.result)
-        except Exception as error:
-            if tells_of_a_kill(error):
-                raise WorkersLostError("a worker process was killed", "check the memory, or give --jobs 1") from error
+    done = 0
+    try:
+        with process_pool(workers) as pool:
+            futures = [pool.submit(judge, file, plan, share) for file in files]
+            try:
+                for future in futures:
+                    result = apart(future.result)
+                    done += 1
+                    yield result
+            finally:
+                for future in futures:
+                    future.cancel()
+    except Exception as error:
+        if not tells_of_a_kill(error):
             raise
-        finally:
-            for future in futures:
-                future.cancel()
+        if lost is None:
+            raise WorkersLostError("a worker process was killed", "check the memory, or give --jobs 1") from error
+        if len(files) == 1:
+            yield lost(files[0])
+            return
+        for file, future in zip(files[done:], futures[done:], strict=True):
+            if future.done() and not future.cancelled() and future.exception() is None:
+                yield future.result()
+            else:
+                yield from _apart(judge, [file], plan, 1, share, lost)
 
 
 def _without_libraries(results: Sequence[FileResult]) -> list[FileResult]:

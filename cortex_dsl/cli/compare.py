@@ -5,7 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.judging import compiling, judged_exit, print_results, read_by, usage_errors
+from cortex_dsl.cli.judging import (
+    EFFORT,
+    compiling,
+    cpu_seconds,
+    effort_file,
+    judged_exit,
+    print_results,
+    read_by,
+    usage_errors,
+)
 from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option, driver_words, excluded_by
 from cortex_dsl.console.request import SEED_LIMIT, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal
@@ -31,6 +40,7 @@ def _compare(options: argparse.Namespace, terminal: Terminal) -> int:
     from cortex_dsl.report.terminal.gate_view import GateProgress
     from engine.search.store import new_directory
 
+    started = cpu_seconds()
     with usage_errors():
         plan = _plan(options)
         files = compared_files(plan, options.files)
@@ -45,7 +55,8 @@ def _compare(options: argparse.Namespace, terminal: Terminal) -> int:
             prepare = compiling(progress, terminal)
             report = run_comparison(files, plan, on_file, progress.on_runs, prepare)
         if options.out is not None:
-            for name, content in comparison_files(report, options.table).items():
+            written = {**comparison_files(report, options.table), EFFORT: effort_file(started)}
+            for name, content in written.items():
                 path: Path = options.out / name
                 place_files(path.parent, {path.name: content}, force=True)
     _show(report, options, terminal)

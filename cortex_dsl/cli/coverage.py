@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.judging import read_by, usage_errors
+from cortex_dsl.cli.judging import EFFORT, command_of, cpu_seconds, effort_file, read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, JOBS, PARAM, SCENARIO, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import CompileRequest, RunRequest, filled, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -43,7 +43,7 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
     from cortex_dsl.pipeline import compile_module
     from cortex_dsl.report.terminal.coverage_view import CoverageProgress
 
-    request, run = filled(CompileRequest, options), filled(RunRequest, options)
+    request, run, started = filled(CompileRequest, options), filled(RunRequest, options), cpu_seconds()
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -64,10 +64,11 @@ def _coverage(options: argparse.Namespace, terminal: Terminal) -> int:
             return impossible
         with CoverageProgress(terminal.err, 1) as progress:
             report = cover(scenario, source, plan, progress.on_step)
+        report = replace(report, command=command_of("coverage", options.command_line))
         if odd is not None:
             report = replace(report, remarks=(*report.remarks, *odd.remarks))
     _show(report, options, terminal)
-    _write(report, odd, options, terminal)
+    _write(report, odd, options, terminal, started)
     if not report.draws:
         return Exit.NO_SCENE
     broken = options.require is not None and report.share < options.require
@@ -129,8 +130,14 @@ def _show(report: "CoverageReport", options: argparse.Namespace, terminal: Termi
         terminal.out.print(coverage_view(report, options.require))
 
 
-def _write(report: "CoverageReport", odd: "OddDomains | None", options: argparse.Namespace, terminal: Terminal) -> None:
-    """Write the document, the table of all cells, and the coverage for `openodd`."""
+def _write(
+    report: "CoverageReport",
+    odd: "OddDomains | None",
+    options: argparse.Namespace,
+    terminal: Terminal,
+    started: float,
+) -> None:
+    """Write the document, the table of all cells, the coverage for `openodd`, and the CPU time since `started`."""
     import csv
     import io
 
@@ -148,6 +155,7 @@ def _write(report: "CoverageReport", odd: "OddDomains | None", options: argparse
     write_output(options.out / TABLE, table.getvalue())
     exchange = json_text(coverage_document(report, odd), indent=2)
     write_output(options.out / f"{Path(report.path).stem}{SUFFIX}", f"{exchange}\n")
+    write_output(options.out / EFFORT, effort_file(started))
     place_files(options.out, report.files, force=True)
 
 

@@ -1,10 +1,12 @@
-"""Parts of the commands that judge drivers, `test`, `compare` and `suite`: values of options, outputs, progress, and
-exit codes.
+"""Parts of the commands that judge drivers, `test`, `compare` and `suite`: values of options, outputs, progress,
+computing time, and exit codes.
 """
 
-from collections.abc import Callable, Generator, Mapping
+import os
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from shlex import join
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, gravest
@@ -78,6 +80,50 @@ def print_results(view: "Title", out: Path | None, terminal: Terminal) -> None:
     terminal.out.print(rendered(view, terminal.out.width, ascii_only=terminal.out.options.ascii_only))
     if out is not None:
         terminal.out.print(f"results: {out}", style="quiet", soft_wrap=True)
+
+
+EFFORT = "effort.json"
+"""File with the computing time, beside the document of a command."""
+WITHOUT_EFFECT = ("--jobs", "--out", "--junit", "--summary", "--format", "--table")
+"""Options with a value that change no result."""
+
+
+def command_of(name: str, words: Sequence[str]) -> str:
+    """Return the command that gives the same results, from the words as typed."""
+    kept: list[str] = []
+    skip = False
+    for word in words:
+        if skip or word in ("--json", "--no-colour"):
+            skip = False
+        elif word in WITHOUT_EFFECT:
+            skip = True
+        elif word.partition("=")[0] not in WITHOUT_EFFECT:
+            kept.append(word)
+    return join(["cortexc", name, *kept])
+
+
+def cpu_seconds() -> float:
+    """Return the CPU time of this process and of its processes that have ended [s]."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+def effort_file(started: float) -> bytes:
+    """Return `effort.json`: computing time since `started` (of `cpu_seconds`), versions and platform.
+
+    It is a file of its own, so that equal commands give equal documents.
+    """
+    import platform
+
+    from cortex_dsl.report.documents import document
+    from engine.search.manifest import versions_of
+
+    content = {
+        "cpu_seconds": cpu_seconds() - started,
+        "versions": versions_of(),
+        "platform": f"{platform.system()} {platform.machine()}",
+    }
+    return f"{document('effort', content)}\n".encode()
 
 
 def judged_exit(applies: Mapping[Exit, object], *, interrupted: bool) -> Exit:

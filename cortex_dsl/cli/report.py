@@ -1,22 +1,24 @@
-"""`cortexc report RUN`: a run or a study as one HTML file, and its figures for a paper."""
+"""`cortexc report RUN`: a run or a study as one HTML file, its figures for a paper, or one sheet for an auditor."""
 
 import argparse
+import shlex
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.api.derived_files import PAGE
-from cortex_dsl.console.command import EGO, EXAMPLE_RUN, Command, Condition, Option, run_of
+from cortex_dsl.api.derived_files import AUDIT, AUDIT_PAGE, PAGE
+from cortex_dsl.console.command import EGO, EXAMPLE_RUN, Command, Condition, Option, driver_words, run_of
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import check_writable, reason, write_output
-from engine.search.store import StoreError
+from engine.search.store import JOURNAL, StoreError
 from engine.study.database import is_study
 
 if TYPE_CHECKING:
     from cortex_dsl.api.runs import OpenedRun
+    from cortex_dsl.report.findings.audit_report import AuditReport
     from engine.study.database import Study
 
 MOST_CASES = 50
@@ -26,6 +28,8 @@ Figures = Callable[[Path], Sequence[Path]]
 
 
 def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    if options.audit:
+        return _audit(options, terminal)
     path = options.out or options.run / PAGE
     cure = "name another place with --out FILE.html" if path.name == PAGE else ""
     check_writable(path, cure)
@@ -113,15 +117,96 @@ def _open(path: Path, terminal: Terminal) -> None:
         terminal.complain("no browser could be started", f"open {path} in one")
 
 
+# -- the sheet for an auditor ------------------------------------------------------------------------------------------
+
+
+def _audit(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    """Write the sheet, its document, and the tables of its numbers."""
+    from cortex_dsl.report.documents import document
+    from cortex_dsl.report.findings.audit_report import audit_content
+    from cortex_dsl.report.page.audit_page import audit_page
+    from engine.checksums import stamp, with_checksum
+
+    folder: Path = options.run if options.run.is_dir() else options.run.parent
+    path: Path = options.out or folder / AUDIT_PAGE
+    check_writable(path, "name another place with --out FILE.html" if options.out is None else "")
+    report = _audit_report(options, terminal)
+    text = document("audit", {**stamp(report.journal), **audit_content(report)})
+    files = {path.name: audit_page(report).encode(), **report.tables}
+    files[AUDIT if options.out is None else f"{path.stem}.json"] = with_checksum(f"{text}\n")
+    for name, content in files.items():
+        write_output(path.parent / name, content)
+        terminal.write(str(path.parent / name))
+    if options.open:
+        _open(path, terminal)
+    return Exit.FINE
+
+
+def _audit_report(options: argparse.Namespace, terminal: Terminal) -> "AuditReport":
+    """Return the sheet of a search, of the results of a command, or of a document.
+
+    Raises:
+        UsageError: there is none of these, or the exposure does not fit.
+    """
+    from cortex_dsl.api.audit import audit_of_run
+    from cortex_dsl.api.audit_documents import audit_of_document, document_in
+    from cortex_dsl.api.exposure import read_exposure
+    from cortex_dsl.cli.judging import usage_errors
+    from cortex_dsl.cli.search_output import checked_run
+    from cortex_dsl.console.kernels import SEARCH, compile_kernels
+
+    if is_study(options.run):
+        raise UsageError(f"`{options.run}` is a study, which compares methods and no driver", "name a search")
+    with usage_errors():
+        exposure = None if options.exposure is None else read_exposure(options.exposure)
+        command = _again(options)
+        is_other = options.run.is_file() and options.run.name != JOURNAL
+        found = document_in(options.run) if is_other or options.run.is_dir() else None
+        if found is not None:
+            if options.ego is not None:
+                raise UsageError("--ego has no effect on results that are not driven again", "leave it out")
+            return audit_of_document(found, exposure, command)
+        if options.run.is_dir() and not (options.run / JOURNAL).exists():
+            _refuse_other(options.run)
+        run = checked_run(options.run, terminal, options.ego)
+        compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
+        return audit_of_run(run, exposure, command)
+
+
+def _refuse_other(folder: Path) -> None:
+    """Raise UsageError for a folder that holds neither a search nor results, unless it holds searches."""
+    if any(folder.glob(f"*/{JOURNAL}")):
+        return  # the reader of runs names them
+    what = f"`{folder}` holds no search, and no results of suite, compare or coverage"
+    if not any(folder.iterdir()):
+        raise UsageError(f"{what}: it is empty", "a command that was killed leaves such a folder: run it again")
+    raise UsageError(what, "name the folder of a search, or that of `--out`")
+
+
+def _again(options: argparse.Namespace) -> str:
+    """Return the command that writes the sheet again, without the folders of this computer."""
+    from engine.search.store import without_folders
+
+    words = ["cortexc", "report", without_folders(str(options.run)), "--audit"]
+    words += [] if options.exposure is None else ["--exposure", without_folders(str(options.exposure))]
+    return shlex.join([*words, *driver_words(options.ego, None, None)])
+
+
 _STUDY = Condition("a study, which always has its tables", lambda options: is_study(options.run))
 
 REPORT = Command(
     name="report",
-    usage="RUN|STUDY [--out FILE.html] [--tables] [options]",
+    usage="RUN|STUDY [--out FILE.html] [--tables] [options]\nRUN|RESULTS --audit [--exposure FILE] [--out FILE.html]",
     description="""\
 Write a report of a run as one HTML file that needs no network: summary, course
 of the search, where in the space of params it found failures, and the worst
-cases, each with a replay. For a study: verdict, box plots, curves and tests.""",
+cases, each with a replay. For a study: verdict, box plots, curves and tests.
+
+With --audit, write one sheet of A4 for an auditor, and the same as JSON beside
+it: failures by domain cell with exact bounds, probabilities, reference drivers,
+what was not run and why. Each number names the command, digest, seed, version
+and table from which it comes. RESULTS is the folder of `cortexc suite --out`,
+`compare --out` or `coverage --out`, or the document of `cortexc test --json`.""",
     options=(
         replace(
             run_of("report"),
@@ -129,9 +214,19 @@ cases, each with a replay. For a study: verdict, box plots, curves and tests."""
             missing=("which run? name its folder", f"cortexc report {EXAMPLE_RUN}"),
         ),
         Option("--out", f"the page; by default {PAGE} in the run's folder", "FILE", Path),
-        Option("--cases", "cases with a replay", "N", whole_number(0, MOST_CASES), default=10),
-        Option("--figures", "figures for papers, as SVG, PNG and PDF, into DIR", "DIR", Path),
-        Option("--tables", "write the CSV and JSON lines of a large search beside its journal", excludes=(_STUDY,)),
+        Option("--cases", "cases with a replay", "N", whole_number(0, MOST_CASES), default=10, excludes=("audit",)),
+        Option("--figures", "figures for papers, as SVG, PNG and PDF, into DIR", "DIR", Path, excludes=("audit",)),
+        Option(
+            "--tables", "write the CSV and JSON lines of a large search beside its journal", excludes=(_STUDY, "audit")
+        ),
+        Option("--audit", f"one sheet for an auditor, {AUDIT_PAGE} and {AUDIT}"),
+        Option(
+            "--exposure",
+            "CSV with a weight for each cell: its coordinates, then `weight`",
+            "FILE",
+            Path,
+            needs=("audit",),
+        ),
         EGO,
         Option("--open", "show the page in a browser"),
     ),

@@ -7,7 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.cli.judging import check_output, compiling, judged_exit, print_results, read_by, usage_errors
+from cortex_dsl.cli.judging import (
+    EFFORT,
+    check_output,
+    compiling,
+    cpu_seconds,
+    effort_file,
+    judged_exit,
+    print_results,
+    read_by,
+    usage_errors,
+)
 from cortex_dsl.console.command import DRIVER, EGO, JOBS, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -46,6 +56,7 @@ def _appended(earlier: tuple[Any, ...] | None, value: Any) -> tuple[Any, ...]:
 def _suite(options: argparse.Namespace, terminal: Terminal) -> int:
     from cortex_dsl.api.suite_tables import suite_of
 
+    started = cpu_seconds()
     if options.suite == LIST:
         return _list(options, terminal)
     with usage_errors():
@@ -59,6 +70,7 @@ def _suite(options: argparse.Namespace, terminal: Terminal) -> int:
                 "no driver given", "name one, as in `--ego EmergencyBrakeBehavior`, or --ego python:mine:drive"
             )
         report = _run(suite, options, terminal)
+        _write(report, options, started)
     _show_end(report, options, terminal)
     return _exit_code(report)
 
@@ -104,7 +116,7 @@ def _copy(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> Ex
 
 
 def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "SuiteReport":
-    """Run the cells, and write all files.
+    """Run the cells.
 
     Raises:
         ArgumentError, ControllerError: the driver names nothing.
@@ -146,7 +158,6 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
 
         prepare = compiling(progress, terminal)
         report = run_plan(suite, plan, on_group, progress.on_runs, prepare, _command(options))
-    _write(report, options)
     if book is not None:
         content, count = filled(book, report)
         place_files(options.out, {options.workbook.name: content}, force=True)
@@ -170,7 +181,7 @@ def _command(options: argparse.Namespace) -> list[str]:
     return [*words, *(word for flag, value in given.items() if value is not None for word in (flag, f"{value}"))]
 
 
-def _write(report: "SuiteReport", options: argparse.Namespace) -> None:
+def _write(report: "SuiteReport", options: argparse.Namespace, started: float) -> None:
     from cortex_dsl.report.documents import document
     from cortex_dsl.report.findings.suite_report import suite_content, suite_rows
     from cortex_dsl.report.gates.suite_junit import suite_junit_text
@@ -186,6 +197,7 @@ def _write(report: "SuiteReport", options: argparse.Namespace) -> None:
         PAGE: suite_page(report).encode(),
         DOCUMENT: f"{document('suite', suite_content(report))}\n".encode(),
         TABLE: table.getvalue().encode(),
+        EFFORT: effort_file(started),
     }
     for group in report.groups:
         files |= group.files

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.cli.judging import check_output, compiling, judged_exit, read_by, usage_errors
+from cortex_dsl.cli.judging import check_output, command_of, compiling, judged_exit, read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, JOBS, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -57,7 +57,7 @@ def _test(options: argparse.Namespace, terminal: Terminal) -> int:
             earlier = read_baseline(options.baseline, may_be_missing=options.update_baseline)
         plan = _plan(options)
         report = _run(files, plan, earlier, options, terminal)
-    report = replace(report, strict=options.strict_baseline)
+    report = replace(report, strict=options.strict_baseline, command=_command(options))
     if earlier is not None and options.update_baseline:
         new = updated(report, earlier)
         report = compared(replace(report, remarks=()), replace(new, remarks=earlier.remarks))
@@ -66,6 +66,12 @@ def _test(options: argparse.Namespace, terminal: Terminal) -> int:
     _show_end(report, options, terminal)
     _write_files(report, options)
     return _exit_code(report)
+
+
+def _command(options: argparse.Namespace) -> str:
+    """Return the command that gives the same results, with sorted paths, as their order changes nothing."""
+    rest = [word for word in options.command_line if Path(word) not in options.paths]
+    return command_of("test", [*sorted(map(str, options.paths)), *rest])
 
 
 def _plan(options: argparse.Namespace) -> "GatePlan":

@@ -44,6 +44,8 @@ from cortex_dsl.semantics.names.scope import check_names
 from cortex_dsl.semantics.names.tree import (
     attributes_read,
     attributes_set,
+    door_openers,
+    door_sides,
     everything_in,
     param_entries,
     reads_warnings,
@@ -132,6 +134,8 @@ def _elaborated(
         reads_warnings=reads_warnings(whole),
         attributes_set=attributes_set(whole),
         domains=domains,
+        door_openers=door_openers(whole),
+        door_sides=door_sides(whole),
     )
     file, drafts = _drafted(module, facts, findings, observe)
     return with_advice(module, file, replace(_scenario(module, file, drafts), system=system))

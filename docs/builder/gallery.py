@@ -17,22 +17,25 @@ from pathlib import Path
 from cortex_dsl.cli import main
 from docs.builder.pages import ROOT
 
-SEARCH = ("--ga", "--objective", "avoidable", "--seed", "1")
+SEARCH = ("--search", "--objective", "avoidable", "--seed", "1")
 SECTIONS: dict[str, tuple[str, ...]] = {
-    "A driver of your own": ("own_driver/crossing",),
-    "Streets, people and roundabouts": (
+    "Twelve strong scenes": (
         "streets/van_at_crossing",
         "streets/child_between_cars",
-        "roads/walkers",
-        "roads/roundabout_entry",
-        "roads/village",
-    ),
-    "Country roads, motorways and platoons": (
+        "streets/turning_truck",
+        "streets/dooring",
+        "own_driver/red_light_runner",
+        "streets/wet_left_turn",
+        "streets/scooter_on_crossing",
+        "own_driver/cut_in_and_brake",
+        "roads/cyclist_in_roundabout",
+        "own_driver/ramp_with_acc",
         "roads/overtaking",
-        "roads/motorway_cut_in",
-        "roads/on_ramp",
-        "roads/platoon",
+        "own_driver/platoon_with_acc",
     ),
+    "A driver of your own": ("own_driver/crossing",),
+    "Streets, roundabouts and a village": ("roads/walkers", "roads/roundabout_entry", "roads/village"),
+    "Motorways and platoons": ("roads/motorway_cut_in", "roads/on_ramp", "roads/platoon"),
     "Intersections": (
         "left_turn",
         "left_against_crossing",
@@ -43,7 +46,14 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     ),
 }
 """Examples by the heading under which the page shows them."""
-DRIVERS = {"own_driver/crossing": ("--ego", "python:planner:drive")}
+_PLANNER, _ACC = ("--ego", "python:planner:drive"), ("--ego", "python:acc:drive")
+DRIVERS = {
+    "own_driver/crossing": _PLANNER,
+    "own_driver/red_light_runner": _PLANNER,
+    "own_driver/cut_in_and_brake": _ACC,
+    "own_driver/ramp_with_acc": _ACC,
+    "own_driver/platoon_with_acc": _ACC,
+}
 """Words that name the driver of an example without one."""
 HERO = "left_turn"
 """The example whose replay runs on the landing page."""
@@ -56,10 +66,10 @@ hide: [navigation, toc, path]
 
 # Gallery
 
-Each example is searched for failures of the ego's driver: `cortexc FILE --ga --objective avoidable --seed 1` runs 3,000
-simulations and prefers collisions that a competent driver avoids. A picture leads to the replay of one of the ten worst
-cases: play it, step through it, read what happened and what the risk is made of. Such a page is one file that needs no
-network; `cortexc replay RUN --to case.html` writes it.
+Each example is searched for failures of the ego's driver: `cortexc FILE --search --objective avoidable --seed 1` runs
+3,000 simulations and prefers collisions that a competent driver avoids. A picture leads to the replay of one of the ten
+worst cases: play it, step through it, read what happened and what the risk is made of. Such a page is one file that
+needs no network; `cortexc replay RUN --to case.html` writes it.
 """
 SECTION = """
 ## {title}
@@ -91,6 +101,8 @@ class Film:
     """The replay, one self-contained HTML page."""
     picture: str
     """The road and the actors at the moment that the page opens with, as SVG."""
+    why: str = ""
+    """The reason for the example and its driver, from the docstring."""
 
     @property
     def loop(self) -> str:
@@ -121,9 +133,15 @@ def _film(section: str, path: Path, driver: Sequence[str]) -> Film:
         for target in (replay, picture):
             main(["replay", str(run), "--case", str(case["rank"]), "--to", str(target)])
         page, drawing = (target.read_text(encoding="utf-8") for target in (replay, picture))
-    title = ast.literal_eval(path.read_text(encoding="utf-8").partition("\n\n")[0].strip())
+    title, _, why = _docstring(path.read_text(encoding="utf-8")).partition("\n\n")
     failures = summary["failures"]
-    return Film(path.stem, section, title, failures["collisions"], failures["avoidable"], page, drawing)
+    counts = failures["collisions"], failures["avoidable"]
+    return Film(path.stem, section, " ".join(title.split()), *counts, page, drawing, " ".join(why.split()))
+
+
+def _docstring(text: str) -> str:
+    """Return the docstring of a file, which begins with it."""
+    return str(ast.literal_eval(text[: text.index('"""', 3) + 3])).strip()
 
 
 def page(found: Sequence[Film]) -> str:
@@ -136,7 +154,7 @@ def page(found: Sequence[Film]) -> str:
             CARD.format(
                 name=film.name,
                 kind=html.escape(kind + " · ") if colon else "",
-                text=text,
+                text=f"{text} {html.escape(film.why)}".strip(),
                 collisions=film.collisions,
                 avoidable=film.avoidable,
             )

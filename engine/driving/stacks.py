@@ -154,14 +154,16 @@ def start(command: Sequence[str], memory: Memory | None) -> Process:
                 start_new_session=True,
             )
         except OSError as error:
-            raise ControllerError(
-                f"`{command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
-                "name a program that there is, as `process:./my_stack --fast`",
-            ) from error
+            raise _not_started(command[0], (error.strerror or str(error)).lower()) from error
         ours.pop_all()  # `Process.close` closes them
     os.set_blocking(write, False)
     _widen(write)
     return Process(process, read, write, log, memory)
+
+
+def _not_started(program: str, reason: str) -> ControllerError:
+    cure = "name a program that there is, as `process:./my_stack --fast`"
+    return ControllerError(f"`{program}` cannot be started: {reason}", cure)
 
 
 def _pipe(reads: ExitStack, writes: ExitStack) -> tuple[int, int]:
@@ -427,7 +429,7 @@ def stack_of(command: str) -> Stack:
     """Return the stack that a command starts.
 
     Raises:
-        ControllerError: it is no command.
+        ControllerError: it is no command, or names no program.
     """
     try:
         words = tuple(shlex.split(command))
@@ -435,6 +437,10 @@ def stack_of(command: str) -> Stack:
         raise ControllerError(f"`{command}` is not a command: {error}", "as in `process:./my_stack --fast`") from error
     if not words:
         raise ControllerError("`process:` names no command", "as in `process:./my_stack --fast`")
+    if shutil.which(words[0]) is None:
+        raise _not_started(
+            words[0], "it is not executable" if Path(words[0]).is_file() else "no such file or directory"
+        )
     return Stack(words)
 
 

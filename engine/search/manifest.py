@@ -268,7 +268,7 @@ def make_manifest(
         seed=config.search.seed,
         run=config.search.run,
         settings=_settings(config),
-        versions=_versions(method),
+        versions=versions_of(method),
         platform=f"{platform.system()} {platform.machine()}",
         command_line=tuple(command_line),
         parameters=_parameters(program),
@@ -304,7 +304,8 @@ def _parameters(program: Program) -> tuple[Parameter, ...]:
     return tuple(Parameter(*row, system=row[0] in space.system) for row in rows)
 
 
-def _versions(method: str) -> dict[str, str]:
+def versions_of(method: str = "") -> dict[str, str]:
+    """Return the versions of Python and of all packages that may change a result; with those of a search method."""
     entry, plugin = SEARCHERS.get(method), distribution_of(method)
     versions = {"python": PYTHON, LIBM: library(), **dict([plugin] if plugin else ())}
     for name in (*DISTRIBUTIONS, *([entry.package] if entry and entry.package else ())):
@@ -317,7 +318,7 @@ def _versions(method: str) -> dict[str, str]:
 
 def changed_versions(manifest: Manifest) -> list[str]:
     """Return names and versions at the start of the run of packages that now have another version: `numba 0.68.1`."""
-    now = _versions(manifest.method)
+    now = versions_of(manifest.method)
     return [f"{name} {then}" for name, then in manifest.versions.items() if now.get(name) != then]
 
 

@@ -181,6 +181,8 @@ class CoverageReport:
     """Runs by their verdict under an operational design domain; None without one."""
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     """Scenes as files, by their names."""
+    command: str = ""
+    """Command that gives the same result."""
     seconds: float = 0.0
     counts: Mapping[State, int] = field(init=False)
 
@@ -285,6 +287,7 @@ def coverage_content(report: CoverageReport) -> dict[str, Any]:
     """Return the report as a document; only the field `seconds` differs between two equal commands."""
     return {
         "coverage_schema_version": COVERAGE_SCHEMA_VERSION,
+        "command": report.command,
         "path": report.path,
         "digest": report.digest,
         "seed": report.seed,

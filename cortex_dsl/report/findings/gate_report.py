@@ -186,6 +186,8 @@ class GateReport:
     remarks: tuple[str, ...] = ()
     not_run: int = 0
     """Files that were left out as the test was interrupted."""
+    command: str = ""
+    """Command that gives the same result."""
 
     def checks(self, *statuses: Status) -> Iterator[tuple[FileResult, Check]]:
         """Yield the checks with one of the statuses, with their files."""
@@ -251,6 +253,7 @@ def gate_content(report: GateReport) -> dict[str, Any]:
     """Return the report as a document; only the fields `seconds` differ between two equal commands."""
     return {
         "test_schema_version": TEST_SCHEMA_VERSION,
+        "command": report.command,
         "passed": report.passed,
         "seed": report.seed,
         "budget": report.budget,

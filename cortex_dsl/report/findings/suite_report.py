@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from cortex_dsl.report.findings.readable import duration
 from engine.display import counted
 from engine.gates.ratings import EXTENDED, STANDARD, VERIFIED, Colour, extended_points, standard_points
 
@@ -112,6 +113,10 @@ class GroupResult:
     diagnostics: "tuple[Diagnostic, ...]" = ()
     files: Mapping[str, bytes] = field(default_factory=dict)
     """Kept cases by their places below the folder of the results."""
+    repeated: int = 0
+    """Cells whose nominal test was driven twice."""
+    otherwise: tuple[str, ...] = ()
+    """Cells among them that the driver drove otherwise the second time."""
 
     @property
     def trouble(self) -> str:
@@ -145,6 +150,26 @@ class SuiteReport:
     not_done: int = 0
     """Groups that did not run because of an interruption."""
     seconds: float = 0.0
+    limit: float = float("inf")
+    """Budget of time [s]."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what a reader of the verdicts must know: a driver that is not deterministic, an overrun budget."""
+        found: list[str] = []
+        if names := [name for group in self.groups for name in group.otherwise]:
+            tests = counted(sum(group.repeated for group in self.groups), "nominal test")
+            shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+            found.append(
+                f"the driver is not deterministic: it drives {len(names):,} of {tests} otherwise the second time "
+                f"({shown}); a cell fails if one of both does"
+            )
+        if self.seconds > self.limit:
+            found.append(
+                f"the suite took {duration(self.seconds)}, more than --budget {self.budget}: each cell has its nominal "
+                "test, reference drivers and at least a few runs, whatever the budget is"
+            )
+        return tuple(found)
 
     @property
     def cells(self) -> tuple[CellResult, ...]:
@@ -203,6 +228,8 @@ def suite_content(report: SuiteReport) -> dict[str, Any]:
         "counts": {each.name.lower(): report.count(each) for each in Outcome},
         "points": report.points,
         "broken_entry_conditions": list(report.entry),
+        "not_done": report.not_done,
+        "remarks": list(report.remarks),
         "groups": [_group_content(group) for group in report.groups],
     }
 

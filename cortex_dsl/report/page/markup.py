@@ -129,15 +129,16 @@ def page(
     data: Mapping[str, Any] | None = None,
     scripts: Sequence[str] = (),
     journal: str = "",
+    styles: Element | None = None,
 ) -> str:
     """Return the whole text of a page; `data` are blocks by the names under which `scripts` find them, `journal` is the
-    last link of the journal from which the page is made (`engine.checksums`).
+    last link of the journal from which the page is made (`engine.checksums`), `styles` replace the usual ones.
     """
     parts = {
         "checksum": NO_CHECKSUM,
         "journal": journal,
         "title": render(element("title", title)),
-        "style": render(stylesheet()),
+        "style": render(styles or stylesheet()),
         "body": render(body),
         "data": render([data_block(name, content) for name, content in (data or {}).items()]),
         "script": render([script(text(name)) for name in scripts]),

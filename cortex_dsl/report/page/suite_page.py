@@ -46,6 +46,7 @@ def _hero(report: SuiteReport) -> Element:
         element("p", report.edition, class_="kicker"),
         element("h1", report.title),
         element("p", "Driver: ", element("code", without_folders(report.driver)), class_="description"),
+        [element("p", prose(f"{remark}."), class_="caution") for remark in report.remarks],
         element("p", f"{report.headline}.", class_="headline", id="verdict"),
         folded(
             "What this does not show", element("ul", [element("li", prose(text)) for text in (*LIMITS, *report.notes)])

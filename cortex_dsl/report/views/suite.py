@@ -34,6 +34,7 @@ def suite_view(report: SuiteReport, shown: int | None = SHOWN) -> Title:
         blocks.append(Caution(f"entry conditions are broken, so that there are no points: {', '.join(report.entry)}"))
     if report.points is not None:
         blocks.append(Note(("points of these cells: ", Value(significant(report.points, 4), "title", report.points))))
+    blocks += [Caution(remark) for remark in report.remarks]
     if report.timed:
         blocks.append(Note(f"the number of runs depends on the machine: --budget {report.budget}", "quiet"))
     blocks.append(Note(Value(report.headline, "good" if report.passed else "bad"), apart=True))

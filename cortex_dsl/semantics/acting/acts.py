@@ -31,7 +31,17 @@ from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack
 from cortex_dsl.semantics.evaluation.operators import combine
 from cortex_dsl.semantics.evaluation.ranges import in_range
-from cortex_dsl.semantics.model.values import ActionCall, Actor, BuiltinValue, Effect, Quantity, Truth, Value, Weights
+from cortex_dsl.semantics.model.values import (
+    ActionCall,
+    Actor,
+    BuiltinValue,
+    DoorCall,
+    Effect,
+    Quantity,
+    Truth,
+    Value,
+    Weights,
+)
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.placement import TOP_LEVEL
@@ -295,7 +305,7 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
 
 def _use_of(body: Body, value: Value, span: Span) -> str:
     """Return a hint on how a line should use its value."""
-    if isinstance(value, ActionCall):
+    if isinstance(value, ActionCall | DoorCall):
         return f"an action is taken: write `take {body.ev.facts.source.slice(span)}`"
     return "assign it, or remove the line"
 
@@ -345,8 +355,12 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     commands: list[tuple[Command, Term]] = []
     demands: list[ir.Act] = []
     plain = body.ev.moment.actor is not None and body.ev.moment.actor.plain
+    before: list[ir.Act] = []
     for action in node.actions:
         value = body.ev.evaluate(action)
+        if isinstance(value, DoorCall):
+            before += value.acts
+            continue
         if plain and not isinstance(value, ActionCall | BuiltinValue):
             continue  # nothing in the language moves an `Object`: its actions only end its turn
         for each in value if isinstance(value, tuple) else (value,):
@@ -359,8 +373,8 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
         if known.count(command) > 1:
             raise SAME_ACTION.mistake(node.span, command=command.name.lower())
     if not commands:
-        return (ir.Wait(node.span),)
-    return (*demands, ir.Take(node.span, tuple(commands)))
+        return (*before, ir.Wait(node.span))
+    return (*before, *demands, ir.Take(node.span, tuple(commands)))
 
 
 def _action(body: Body, value: Value, node: nodes.Expression) -> tuple[Command, Term]:

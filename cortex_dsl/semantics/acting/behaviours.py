@@ -14,12 +14,14 @@ from cortex_dsl.semantics.acting import (
     braking,
     caution,
     choosing_lanes,
+    cycling,
     external,
     following,
     giving_way,
     profiles,
     replaying,
     safety_models,
+    walking,
     warning_signals,
 )
 from cortex_dsl.semantics.acting.acts import ACTS
@@ -35,6 +37,7 @@ from cortex_dsl.semantics.errors.runs import (
     NOT_A_DRIVER,
     RECURSIVE,
 )
+from cortex_dsl.semantics.evaluation import doors
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
@@ -73,7 +76,10 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "FuzzySafetyBehavior": safety_models.fuzzy_safety,
     "DriveAvoidingCollisions": caution.drive_avoiding,
     "CrossingBehavior": caution.cross,
+    "CyclingBehavior": cycling.ride,
     "WalkForwardBehavior": caution.walk_forward,
+    "WalkAlongBehavior": walking.walk_along,
+    "UseCrossingBehavior": walking.use_crossing,
     "ConstantSpeedBehavior": following.constant_speed,
     "ConstantThrottleBehavior": following.constant_throttle,
     "BrakeBehavior": following.brake,
@@ -89,6 +95,8 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
     """Return all acts of an actor, including those that running scenarios assign; None without behaviour."""
+    if actor.door_of is not None:
+        return doors.motion(ev.at_moment(Moment(running=True, actor=actor)), actor)
     call = actor.properties.get("behavior")
     inliner = Inliner(ev.at_moment(Moment(running=True, actor=actor)), actor)
     block = inliner.started(call) if isinstance(call, BehaviourCall) else None

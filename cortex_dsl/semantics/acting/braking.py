@@ -21,6 +21,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.acting.crossings import goes_first
 from cortex_dsl.semantics.acting.foreseeing import (
     EVERYWHERE,
     GAP,
@@ -213,16 +214,28 @@ def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
     delay = job.number("delay", REFERENCE_DELAY)
     if job.given("threshold") is not None:
         threshold = job.number("threshold")
-        last = maximum(conflict.arrives, conflict.their_arrival) < threshold
+        last = latest_arrival(job, other, conflict) < threshold
         in_lane = conflict.enter < closing * threshold
     else:
         last = conflict.enter < speed * (speed / braking + delay) + LINE
         # TTC < v_rel / (2 b) + delay
         in_lane = (closing > 0.0) & (conflict.enter < closing * (closing / braking + delay))
-    crossing = conflict.crosses & conflict.coincides(MARGIN) & last
+    crossing = conflict.crosses & meets(job, other, conflict) & last
     crossing = crossing & (can_stop(job, conflict) | braking_helps(job, conflict))
     following = (conflict.is_ahead | conflict.comes) & in_lane
     return is_present(job.ev, other) & conflict.exists & (crossing | following)
+
+
+def meets(job: Job, other: Actor, conflict: Conflict) -> Term:
+    """Return whether both are in an area together, or the other actor has the right of way on a crossing."""
+    coincides, first = conflict.coincides(MARGIN), goes_first(job, other)
+    return coincides if first is None else coincides | first
+
+
+def latest_arrival(job: Job, other: Actor, conflict: Conflict) -> Term:
+    """Return the time until both have arrived at an area [s]; that of the actor for a person with the right of way."""
+    both, first = maximum(conflict.arrives, conflict.their_arrival), goes_first(job, other)
+    return both if first is None else where(first, conflict.arrives, both)
 
 
 def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
@@ -231,12 +244,16 @@ def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
     inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)
     closes = conflict.enter < closing_speed(job, other, conflict) * CLEAR
     follows = (conflict.is_ahead | conflict.comes) & closes
-    return is_present(job.ev, other) & conflict.exists & (_awaited(job, conflict) | ((follows | inside) & moves(job)))
+    return (
+        is_present(job.ev, other)
+        & conflict.exists
+        & (_awaited(job, other, conflict) | ((follows | inside) & moves(job)))
+    )
 
 
 def waits(job: Job, other: Actor, sight: Sight) -> Term:
     """Return whether to wait before an area until another actor has passed."""
-    return is_present(job.ev, other) & _awaited(job, _going_on(job, other, sight))
+    return is_present(job.ev, other) & _awaited(job, other, _going_on(job, other, sight))
 
 
 def _going_on(job: Job, other: Actor, sight: Sight) -> Conflict:
@@ -244,9 +261,10 @@ def _going_on(job: Job, other: Actor, sight: Sight) -> Conflict:
     return foreseen(job, -1.0, other, sight, maximum(job.speed(), RESUMED), throttle(job))
 
 
-def _awaited(job: Job, conflict: Conflict) -> Term:
-    last = where(conflict.parts, conflict.clears, conflict.arrives) + GAP
-    comes_first = conflict.crosses & (conflict.enter > 0.0) & (last >= conflict.their_arrival)
+def _awaited(job: Job, other: Actor, conflict: Conflict) -> Term:
+    last, first = where(conflict.parts, conflict.clears, conflict.arrives) + GAP, goes_first(job, other)
+    later = last >= conflict.their_arrival
+    comes_first = conflict.crosses & (conflict.enter > 0.0) & (later if first is None else later | first)
     return comes_first & (can_stop(job, conflict) | braking_helps(job, conflict))
 
 

@@ -18,7 +18,9 @@ import math
 from itertools import accumulate
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.acting.crossings import goes_first, setback
 from cortex_dsl.semantics.acting.following import follow_lane
+from cortex_dsl.semantics.acting.foreseeing import LINE, Sight, can_stop, foreseen
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.errors.runs import NO_INTERSECTION
 from cortex_dsl.semantics.evaluation.arguments import Given
@@ -73,17 +75,23 @@ ROUNDABOUT_GAP = 5.0
 def accept_gap(job: Job) -> ir.Block:
     """Follow a trajectory, and stop before each intersection while another actor is in the way or comes into it."""
     way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
-    entries = _entries(way)
+    entries = entries_of(way)
     if not entries:
         raise NO_INTERSECTION.mistake(job.call.spans["trajectory"])
     path, speed = job.ev.algebra.literal(float(way.path)), job.target_speed()
     for entry, maneuver in entries:
-        room = _room(job, path, entry)
-        speed = job.stopping(speed, _must_wait(job, maneuver, room), room)
+        room = room_before(job, path, entry)
+        speed = job.stopping(speed, must_wait(job, maneuver, room), room)
+    sight = Sight.of(job)
+    for other in others(job.ev, job.actor):
+        if (first := goes_first(job, other)) is not None:
+            conflict = foreseen(job, path, other, sight, job.speed(), job.ev.algebra.literal(0.0))
+            stops = first & conflict.crosses & can_stop(job, conflict)
+            speed = job.stopping(speed, stops, conflict.enter - setback(job, other) - LINE)
     return (job.follow(path, speed),)
 
 
-def _entries(way: Trajectory) -> list[tuple[float, Maneuver]]:
+def entries_of(way: Trajectory) -> list[tuple[float, Maneuver]]:
     """Arc length of every stop line on a trajectory, and the maneuver behind it."""
     starts = accumulate((lane.length for lane in way.lanes[:-1]), initial=0.0)
     pairs = zip(starts, way.lanes, strict=True)
@@ -96,7 +104,7 @@ def _may_wait(maneuver: Maneuver) -> bool:
     return maneuver.intersection.network.links.gives_way is None or bool(maneuver.gives_way_to)
 
 
-def _room(job: Job, path: Term, entry: float) -> Term:
+def room_before(job: Job, path: Term, entry: float) -> Term:
     """Return the distance from the front of the actor to a stop line [m]."""
     pose = current_pose(job.ev, job.actor)
     return entry - (path_project(path, pose.x, pose.y) + _half_length(job.actor))
@@ -106,7 +114,7 @@ def _half_length(actor: Actor) -> Term:
     return size_of(actor, "length") * 0.5
 
 
-def _must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
+def must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
     """Return whether the actor must wait for another actor; False if it can no longer stop."""
     speed = job.speed()
     energy = 0.5 * (speed * speed)

@@ -71,6 +71,10 @@ class Extent:
         """Return an extent without limits while a condition holds."""
         return Extent(where(needed, math.inf, self.near), where(needed, math.inf, self.oncoming))
 
+    def farther(self, by: Term) -> "Extent":
+        """Return an extent that is larger by a distance [m]."""
+        return Extent(self.near + by, self.oncoming + by)
+
 
 EVERYWHERE = Extent()
 

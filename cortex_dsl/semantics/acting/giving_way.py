@@ -20,6 +20,7 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.acting.crossings import clear_of_cyclists, goes_first, setback
 from cortex_dsl.semantics.acting.following import idm_acceleration, path_to_follow
 from cortex_dsl.semantics.acting.foreseeing import (
     GAP,
@@ -130,22 +131,30 @@ def give_way(job: Job) -> ir.Block:
         off = off - aside_wanted
     extent = _extent(job, askew)
     for other in others(job.ev, job.actor):
-        conflict = foreseen(job, path, other, sight, target, throttle(job), extent)
-        answer = _answer(job, other, conflict, askew)
-        speed = where(answer.stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
+        first = goes_first(job, other)
+        reach = extent if first is None else extent.farther(setback(job, other))
+        conflict = foreseen(job, path, other, sight, target, throttle(job), reach)
+        answer = _answer(job, other, conflict, askew, first)
+        room = conflict.enter - LINE
+        if first is not None:
+            room = where(first, room - setback(job, other), room)
+        speed = where(answer.stops, minimum(speed, _approach(job, room)), speed)
         answers.append(answer)
     speed = where(any_of([each.goes for each in answers]), job.speed() + AWAY, speed)
     aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
     waits, stands = aside > 0.0, abs(off) - askew > aside
     speed = where(waits, where(stands, HARD, minimum(speed, EDGING)), speed)
-    offset = where(waits, where(off > 0.0, maximum(off, aside + ROOM), minimum(off, -aside - ROOM)), 0.0)
+    clear = clear_of_cyclists(job, path)
+    usual = job.ev.algebra.literal(0.0) if clear is None else clear
+    offset = where(waits, where(off > 0.0, maximum(off, aside + ROOM), minimum(off, -aside - ROOM)), usual)
     follow = job.follow(path, where(any_of([each.brakes for each in answers]), HARD, speed), offset)
     return (*acts, _backing_up(job, follow, any_of([each.backs for each in answers]) & _is_free_behind(job)))
 
 
-def _answer(job: Job, other: Actor, conflict: Conflict, askew: Term) -> Answer:
-    """`askew`: how far its outline reaches beyond where its way has it."""
+def _answer(job: Job, other: Actor, conflict: Conflict, askew: Term, first: Term | None) -> Answer:
+    """`askew`: how far its outline reaches beyond where its way has it; `first`: the other has the right of way."""
     lost, waits = _lost(job, other), ~_goes_before(job, other, conflict)
+    waits = waits if first is None else waits | first
     soon, halts = _comes_soon(job, other, conflict), _halts_at_edge(job, conflict, lost)
     in_time = can_stop(job, conflict.nearer(askew))
     helps = braking_helps(job, conflict.nearer(askew), lost) | _retreats(job, conflict, lost) | halts

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from cortex_dsl.semantics.acting.braking import MARGIN, STANDSTILL, closing_speed
+from cortex_dsl.semantics.acting.braking import STANDSTILL, closing_speed, meets
 from cortex_dsl.semantics.acting.foreseeing import Conflict, Extent, Sight, braking_helps, can_stop, foreseen
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
@@ -72,7 +72,7 @@ def seen_by(job: Job, other: Actor, extent: Extent) -> Seen:
     conflict = foreseen(job, -1.0, other, Sight.of(job), job.speed(), still, extent)
     present, closing = is_present(job.ev, other), closing_speed(job, other, conflict)
     in_lane = present & conflict.exists & (conflict.is_ahead | conflict.comes)
-    crosses = present & conflict.crosses & conflict.coincides(MARGIN) & (conflict.enter > 0.0)
+    crosses = present & conflict.crosses & meets(job, other, conflict) & (conflict.enter > 0.0)
     crosses = crosses & (can_stop(job, conflict) | braking_helps(job, conflict))
     beside = None if other.kind in NOT_VEHICLES else _beside(job, other)
     return Seen(other, conflict, in_lane, job.speed() - closing, closing, crosses, beside)

@@ -36,6 +36,7 @@ from cortex_dsl.semantics.acting.braking import (
     ground_speed,
     inner_acts,
     is_target,
+    latest_arrival,
     moves,
     stays_close,
     waits,
@@ -225,7 +226,7 @@ def _is_risk(job: Job, seen: Seen) -> Term:
     soon = seen.gap < seen.closing * CRITICAL
     brakes = state(job.ev, seen.other, State.ACCELERATION) < -ALARMING
     alarming = conflict.is_ahead & brakes & (seen.gap < speed * CRITICAL)
-    meets = seen.crosses & (maximum(conflict.arrives, conflict.their_arrival) < HORIZON)
+    meets = seen.crosses & (latest_arrival(job, seen.other, conflict) < HORIZON)
     risk = (seen.in_lane & (soon | alarming)) | meets
     if (beside := seen.beside) is None:
         return risk

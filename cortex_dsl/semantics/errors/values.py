@@ -359,6 +359,13 @@ OFF_THE_ROAD = Problem(
     "put it in a lane, as in `in lane.centerline`, or turn it, as in `facing roadDirection`; to place it beside the "
     "road write `with regionContainedIn None`, and after `at` also `facing 90 deg`",
 )
+BESIDE_THE_ROAD = warning(
+    "SCN533",
+    "`{name}` cannot lie on the road at a place on `{word}`",
+    "at the start its whole outline must lie on the road, up to the kerbs, so every scene would be rejected",
+    "place it beside the kerb, as in `left of (new OrientedPoint on curb) by 0.2 m`, or let it stand there: `with "
+    "regionContainedIn None`",
+)
 ON_TOP = Problem(
     "SCN532",
     "`{name}` overlaps `{other}`",

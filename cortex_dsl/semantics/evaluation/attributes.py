@@ -235,6 +235,9 @@ _INTERSECTION: dict[str, Callable[[Evaluator, Intersection], Value]] = {
     "center": lambda ev, intersection: Vector(*map(ev.algebra.literal, intersection.center)),
     "name": lambda _, intersection: intersection.name,
     "signals": signals.signals_of,
+    "route": lambda ev, intersection: Closure(
+        ("start", "end"), lambda *arms: lanes.maneuver_by_arms(intersection, ev.algebra.span, *arms)
+    ),
     "isSignalized": lambda ev, intersection: Truth(ev.algebra.truth(signals.is_signalized(ev, intersection))),
     "crossings": lambda _, intersection: streets.crossings_of(intersection),
     "roads": lambda _, intersection: tuple(dict.fromkeys(road_of(lane) for lane in intersection.incoming_lanes)),
@@ -455,6 +458,9 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(lane_under(ev, actor))
     if (finder := _OF_POINT.get(name.removeprefix("_"))) is not None:
+        pose = current_pose(ev, actor)
+        if finder == "crossingAt" and None in (closed_value(pose.x), closed_value(pose.y)):
+            return streets.crossing_now(ev, pose, span, must=not name.startswith("_"))
         return _surface(ev, actor, finder, not name.startswith("_"))
     if name in relations.EDGES:
         return relations.edge_of(ev, actor, relations.EDGES[name])

@@ -9,6 +9,7 @@ from cortex_dsl.semantics.errors.runs import MONITOR_USED, ONLY_WHILE_RUNNING, S
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE, OUT_OF_RANGE
 from cortex_dsl.semantics.evaluation import (
     alignments,
+    doors,
     driving,
     functions,
     geometry,
@@ -157,7 +158,8 @@ FUNCTIONS: Mapping[str, functions.Meaning] = {
 def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> Value:
     bound = bind_builtin(row, given, span)
     parameter = row.parameters[0]
-    assert row.command is not None
+    if row.command is None:
+        return doors.open_door(ev, bound, span)
     if row.name == "SetVelocityAction":
         return _velocity_action(ev, row, bound, span)
     if row.name == "SetWalkingDirectionAction":

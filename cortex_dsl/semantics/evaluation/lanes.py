@@ -39,7 +39,7 @@ from cortex_dsl.semantics.quantities.units import LENGTH, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.linking import shortest_way
-from engine.road.network import Intersection, Lane, LaneGroup, Network, Road, Surface
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road, Surface
 from engine.road.sections import (
     LaneSection,
     group_of,
@@ -84,6 +84,30 @@ def _route(ev: Evaluator, lane: Lane, end: Value) -> tuple[Lane, ...]:
     if not (way := shortest_way(lane, to)):
         raise Rejection(f"no way leads from `{lane.name}` to `{to.name}`", ev.algebra.span)
     return way
+
+
+def maneuver_by_arms(intersection: Intersection, span: Span, start: Value, end: Value) -> Maneuver:
+    """Return the maneuver from one arm to another; of several, that of the lanes nearest to the kerb.
+
+    Raises:
+        Mistake: an arm is unknown, or no maneuver leads from one to the other.
+    """
+    legs = {leg.name: leg for leg in intersection.legs}
+    for arm in (start, end):
+        if not isinstance(arm, str) or arm not in legs:
+            actual = f'"{arm}"' if isinstance(arm, str) else kind_name(arm)
+            names = " or ".join(f'"{name}"' for name in legs)
+            cure = did_you_mean(arm, legs) if isinstance(arm, str) else ""
+            raise WRONG_KIND.mistake(span, what="an arm of `route`", expected=names, actual=actual, cure=cure)
+    one, other = legs[str(start)].incoming_lanes, legs[str(end)].outgoing_lanes
+    found = [each for each in intersection.maneuvers if each.start_lane in one and each.end_lane in other]
+    if not found:
+        ways = [each.end_lane for each in intersection.maneuvers if each.start_lane in one]
+        ends = [f'"{name}"' for name, leg in legs.items() if any(lane in leg.outgoing_lanes for lane in ways)]
+        expected = f'a way from "{start}", which leads to {" or ".join(ends) or "nothing"}'
+        what = f'`route("{start}", "{end}")`'
+        raise WRONG_KIND.mistake(span, what=what, expected=expected, actual="none", cure="name another arm")
+    return min(found, key=lambda each: (each.start_lane.number, each.end_lane.number))
 
 
 def _neighbour_getters() -> dict[str, Getter]:

@@ -26,7 +26,7 @@ from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.levels import lanes_of_level
 from cortex_dsl.semantics.evaluation.placements import Placement
-from cortex_dsl.semantics.evaluation.ranges import within
+from cortex_dsl.semantics.evaluation.ranges import in_range, within
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
@@ -36,11 +36,13 @@ from cortex_dsl.semantics.names.properties import (
     FLAGS,
     IGNORED,
     LOW,
+    MEASURED,
     MODEL_FIELDS,
     PLACED,
     PLACES,
     PROPERTIES,
     SCENIC_ONLY,
+    Domain,
     all_properties,
 )
 from cortex_dsl.semantics.names.tree import unit_word
@@ -81,11 +83,18 @@ def _flag(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) 
         return _behaviour(value, span, may_act=may_act)
     if name in ("allowCollisions", "requireVisible"):
         return known_truth(ev, value, span, f"`{name}`")
+    if name in MEASURED:
+        return _measured(ev, MEASURED[name], value, span)
     if name == "level":
         return lanes_of_level(ev, value, span)
     if name == "name" and not isinstance(value, str):
         raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
     return value
+
+
+def _measured(ev: Evaluator, domain: Domain, value: Value, span: Span) -> Quantity:
+    number = numbers.adopt(ev, value, domain.dimension, span, domain.name)
+    return Quantity(in_range(ev, number, domain, span), domain.dimension)
 
 
 def _behaviour(value: Value, span: Span, *, may_act: bool) -> Value:
@@ -302,7 +311,18 @@ class ObjectBuilder:
         refuse_scenic_only(name, node.property_span, self._called)
         with self.ev.naming(name):
             value = self.ev.evaluate(node.value)
+        if name == "age" and not (
+            self._walks or self.plain or {name} & (self.ev.facts.attributes_read | {*self.defaults})
+        ):
+            reason = "only a `Pedestrian` has an age"
+            raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=self._called, name=name, suggestion=reason)
+        if name == "age" and not self._walks:
+            return value
         return checked(self.ev, name, self._adopted(name, value), node.value.span, may_act=self.may_act)
+
+    @property
+    def _walks(self) -> bool:
+        return self.kind is ActorKind.PEDESTRIAN
 
     @property
     def _called(self) -> str:
@@ -337,6 +357,8 @@ class ObjectBuilder:
         owner, default = self.defaults[name]
         with self.ev.naming(name):
             value = self._evaluator(owner).evaluate(default.value)
+        if name == "age" and not self._walks:
+            return value
         return checked(self.ev, name, value, default.value.span, may_act=self.may_act)
 
     def _evaluator(self, owner: ClassValue) -> Evaluator:

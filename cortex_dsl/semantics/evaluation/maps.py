@@ -14,11 +14,11 @@ from cortex_dsl.semantics.errors.scene import BAD_MAP, BAD_MAP_FILE, BAD_ORIGIN,
 from cortex_dsl.semantics.errors.values import NOT_FINITE
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each, items_of
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
-from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.numbers import adopt, quantity
 from cortex_dsl.semantics.evaluation.roads import network_for
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Truth, Value
-from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED, example
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
@@ -245,7 +245,10 @@ def _value(ev: Evaluator, argument: Given, name: str) -> float | bool | Places:
         return whole_number(ev, argument.value, argument.span, what, may_vary=False)
     if name in TRUTHS:
         return known_truth(ev, argument.value, argument.span, what, may_vary=False)
-    return _number(ev, argument, DIMENSIONS.get(name, LENGTH), what)
+    dimension = DIMENSIONS.get(name, LENGTH)
+    if isinstance(argument.value, Truth):
+        quantity(argument.value, argument.span, what, f"give a number, as in `{name}={example(dimension)}`")
+    return _number(ev, argument, dimension, what)
 
 
 def _number(ev: Evaluator, argument: Given, dimension: Dimension, what: str) -> float:

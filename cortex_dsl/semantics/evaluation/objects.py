@@ -14,8 +14,10 @@ from cortex_dsl.semantics.errors.scene import (
     TWO_HEADINGS,
     TWO_PLACES,
 )
+from cortex_dsl.semantics.errors.values import BESIDE_THE_ROAD
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.appearing import appear, check_count
+from cortex_dsl.semantics.evaluation.doors import add_doors, opens_door
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.levels import along_nearest, lanes_in, lower_lanes, require_level
 from cortex_dsl.semantics.evaluation.making import ObjectBuilder, checked, own_class
@@ -250,6 +252,7 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: SpecifierGroups, making: O
     actor.builtin, actor.classes = making.builtin or "Object", making.classes
     _let_change(ev, actor)
     ev.run.built.actors.append(actor)
+    add_doors(ev, actor, _unique)
     require_level(ev, actor, node.span)
     _require_of(ev, actor, placed[0], node)
     for sight in found.sights:
@@ -291,6 +294,12 @@ def _new_late(
             value = ev.evaluate(then["behavior"].value)
             span = then["behavior"].value.span
             properties["behavior"] = checked(ev, "behavior", value, span, may_act=making.may_act)
+        if opens_door(ev, properties.get("behavior")):
+            reason = "its doors would have to appear with it"
+            cure = "place it before the run, or in the setup of a scenario"
+            raise NOT_SUPPORTED.mistake(
+                node.span, what="an object that appears opens no door", reason=reason, cure=cure
+            )
         speed = making.number("speed")
         if "speed" in then:
             span = then["speed"].value.span
@@ -361,8 +370,25 @@ def starts_on_road(actor: Actor) -> bool:
     return actor.kind not in OFF_ROAD and not isinstance(actor.properties.get("regionContainedIn", actor), Area | None)
 
 
+OFF_THE_ROAD = ("curb", "sidewalk", "curbRegion", "sidewalkRegion")
+"""Names of regions on which the middle of no outline between the kerbs lies."""
+
+
+def _warn_of_kerb(ev: Evaluator, actor: Actor, node: nodes.New) -> None:
+    """Warn of an object that must lie on the road, at a place on a kerb or a sidewalk."""
+    for each in node.specifiers:
+        region = each.region if isinstance(each, nodes.InRegion) else None
+        while isinstance(region, nodes.VisiblePart):
+            region = region.region
+        word = region.id if isinstance(region, nodes.Name) else getattr(region, "name", "")
+        if region is not None and word in OFF_THE_ROAD and not ev.has(word):
+            ev.report(BESIDE_THE_ROAD.at(region.span, name=actor.name, word=ev.facts.source.slice(region.span)))
+
+
 def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:
     """Add the requirements of an object's specifiers: the region that contains it, and its visibility."""
+    if starts_on_road(actor):
+        _warn_of_kerb(ev, actor, node)
     line = ev.facts.line(node.span)
     own = None if placement.observed is not None else actor.properties.get("regionContainedIn")
     if starts_on_road(actor) and (between := vehicle_region(network_of(ev))) != ROAD.id:

@@ -27,6 +27,7 @@ from cortex_dsl.semantics.evaluation import (
     over_run,
     random_values,
     signals,
+    streets,
 )
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
@@ -217,6 +218,8 @@ def _same(ev: Evaluator, left: Value, right: Value) -> Term:
     """Identity of objects, equality of text and lists."""
     if (lane := lanes.same(ev, left, right)) is not None:
         return lane
+    if (element := streets.same(left, right)) is not None:
+        return element
     if (colour := signals.same_colour(ev, left, right, ev.algebra.span)) is not None:
         return colour
     if isinstance(left, Truth) and isinstance(right, Truth):

@@ -432,11 +432,16 @@ WIDEST_DEVIATION = 3.0
 def _walking_speed(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     (age,) = bound_arguments(name, given, site.span)
     years = number_for(ev, BUILTINS[name].parameters[0], age)
+    return recorded(ev, site, walking_speed(ev, years), SPEED)
+
+
+def walking_speed(ev: Evaluator, years: Term) -> Term:
+    """Return a drawn walking speed [m/s] of a person of an age in years."""
     least, greatest = (normal_cdf(ev.algebra.literal(end)) for end in (-WIDEST_DEVIATION, WIDEST_DEVIATION))
     quantile = normal_quantile(least + uniform(ev) * (greatest - least))
     mean = where(years > 60.0, OLDER, YOUNGER)
     limited = minimum(maximum(quantile, -WIDEST_DEVIATION), WIDEST_DEVIATION)
-    return recorded(ev, site, mean + WALKING_DEVIATION * limited, SPEED)
+    return mean + WALKING_DEVIATION * limited
 
 
 # -- finite -----------------------------------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ from cortex_dsl.semantics.evaluation import geometry, seeing
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, in_area, on_path, somewhere_in, within
 from cortex_dsl.semantics.evaluation.ranges import in_range
+from cortex_dsl.semantics.evaluation.ranges import within as bounded
 from cortex_dsl.semantics.evaluation.relations import follow
 from cortex_dsl.semantics.evaluation.trajectories import Trajectory, trajectory
 from cortex_dsl.semantics.model.areas import Area
@@ -147,6 +148,14 @@ def _beyond(ev: Evaluator, node: nodes.Beyond, _extent: Extent) -> Placement:
     return Placement(place, geometry.as_meant(ev, ev.algebra.literal(0.0)) if pose is None else pose.heading)
 
 
+MEETING_SHARES = (-0.9, 1.9)
+"""Shares of the width at which an object is met. An object that is not wider passes by below -0.5 and above 1.5; the
+rest is room for the tolerances of tests.
+"""
+LATEST_MEETING = 1000.0
+"""Latest time of a meeting [s]; the object begins the way of this time before the place."""
+
+
 def _meeting(ev: Evaluator, node: nodes.Meeting, extent: Extent) -> Placement:
     """Return the placement from which the object reaches a place of another one, if both keep speed and heading.
 
@@ -160,6 +169,7 @@ def _meeting(ev: Evaluator, node: nodes.Meeting, extent: Extent) -> Placement:
         raise WRONG_KIND.mistake(node.other.span, what=what, expected="an object", actual=kind_name(other), cure=cure)
     what = "the time after `after`"
     time = in_range(ev, adopt(ev, after, TIME, node.time.span, what), Domain(what, TIME), node.time.span)
+    bounded(ev, time, Domain(what, TIME, high=LATEST_MEETING), node.time.span, what)
     pose, driven = geometry.current_pose(ev, other), geometry.size_of(other, "speed") * time
     heading = extent.heading(pose.heading)
     if node.way is None:
@@ -167,7 +177,9 @@ def _meeting(ev: Evaluator, node: nodes.Meeting, extent: Extent) -> Placement:
     else:
         way = adopt(ev, ev.evaluate(node.way), LENGTH, node.way.span, "the distance after `by`")
     if isinstance(where, Quantity):
-        share = adopt(ev, where, PURE, node.place.span, "the share of the width after `at`")
+        what = "the share of the width after `at`"
+        share = adopt(ev, where, PURE, node.place.span, what)
+        bounded(ev, share, Domain(what, PURE, *MEETING_SHARES), node.place.span, what)
         right = (0.5 - share) * geometry.size_of(other, "width")
         ahead = geometry.size_of(other, "length") * 0.5 + _reach(extent, heading - pose.heading)
     else:

@@ -10,12 +10,14 @@ from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.runs import LANE_OF_THE_RUN
 from cortex_dsl.semantics.errors.scene import NOT_ON_MAP
 from cortex_dsl.semantics.evaluation.lanes import chosen, looked_up
+from cortex_dsl.semantics.evaluation.ranges import require
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Centerline,
     GroupNow,
     LaneNow,
+    Pose,
     Quantity,
     Region,
     Signal,
@@ -23,7 +25,7 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.names.street_words import MADE_BY, OUTSIDE
-from cortex_dsl.semantics.quantities.algebra import Term, table
+from cortex_dsl.semantics.quantities.algebra import Term, equal, region_contains, table, where
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from engine.maps import LaneletFile, MapFile
@@ -153,7 +155,7 @@ def element_at(network: Network, x: float, y: float) -> Value:
     return next(inside, None) or next(map(road_of, lanes), None) or surface_at(network, (*SHOULDER, *SIDEWALK), x, y)
 
 
-def _light(crossing: Surface) -> Signal | None:
+def light_of(crossing: Surface) -> Signal | None:
     """Return the light of the people on a crossing: that of an arm with the other phase; None without one."""
     if crossing.arm is None or crossing.intersection_id is None:
         return None
@@ -187,7 +189,7 @@ OF_SURFACE: Mapping[SurfaceKind, Mapping[str, Callable[[Evaluator, Surface], Val
         "parent": lambda _, crossing: crossing.parent,
         "startSidewalk": _end(0),
         "endSidewalk": _end(1),
-        "signal": lambda _, crossing: _light(crossing),
+        "signal": lambda _, crossing: light_of(crossing),
     },
 }
 """Attributes of elements, by their kind."""
@@ -245,16 +247,46 @@ def of_group_now(ev: Evaluator, group: GroupNow, name: str, span: Span) -> Value
     raise LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)
 
 
-def _beside_now(ev: Evaluator, group: GroupNow, kinds: Kinds, name: str) -> SurfaceNow:
+def _beside_now(ev: Evaluator, group: GroupNow, kinds: Kinds, name: str) -> SurfaceNow | None:
     network = network_of(ev)
     groups = [opposite_group(lane) if group.opposite else group_of(lane) for lane in network.lanes]
     found = [None if each is None else _beside(each, kinds) for each in groups]
     options = (None, *dict.fromkeys(each for each in found if each is not None))
+    if len(options) == 1 and name.startswith("_"):
+        return None
     if len(options) == 1:
         missing(ev, kinds, name, ev.algebra.span)
     return SurfaceNow(
         options, looked_up(ev, group.lane.id, [float(options.index(each)) for each in found], missing=0.0)
     )
+
+
+def crossing_now(ev: Evaluator, at: Pose, span: Span, *, must: bool) -> Value:
+    """Return the crossing at a place that only the scene or the run knows; None on a map without crossings.
+
+    With `must`, a scene without a crossing there is rejected.
+    """
+    options = tuple(each for each in network_of(ev).surfaces if each.kind is SurfaceKind.CROSSING)
+    if not options and must:
+        missing(ev, CROSSING, "crossing", span)
+    if not options:
+        return None
+    index: Term = ev.algebra.literal(0.0)
+    for number, each in reversed(list(enumerate(options, 1))):
+        index = where(region_contains(float(each.region), at.x, at.y), float(number), index)
+    if must and not ev.moment.running:
+        require(ev, index > 0.0, f"`{ev.facts.source.words(span)}` is there", span)
+    return SurfaceNow((None, *options), index)
+
+
+def same(left: Value, right: Value) -> Term | None:
+    """Return whether an element that only the scene or the run knows is another one, or None; None for other values."""
+    if not isinstance(left, SurfaceNow):
+        left, right = right, left
+    if not isinstance(left, SurfaceNow) or isinstance(right, SurfaceNow):
+        return None
+    number = next((float(n) for n, each in enumerate(left.options) if each is right), -1.0)
+    return equal(left.index, number)
 
 
 def found_now(ev: Evaluator, surface: SurfaceNow) -> tuple[Term, Term, Term]:

@@ -293,6 +293,10 @@ class FileFacts:
     """Every attribute that the run may change."""
     domains: ir.DomainUse | None = None
     """Effect of `domain` lines; None: they have none."""
+    door_openers: frozenset[str] = frozenset()
+    """Behaviors of the file that open a door, directly or by behaviors that they do."""
+    door_sides: frozenset[str] = frozenset()
+    """Sides of the doors that the file opens."""
 
     def line(self, span: Span) -> int:
         """Return the line number of a place, counted through all files."""

@@ -202,6 +202,13 @@ class Unfinished:
     attribute: Callable[[str, Span], Value]
 
 
+@frozen
+class DoorCall:
+    """The acts of an action that opens a door."""
+
+    acts: ir.Block
+
+
 @frozen_identity
 class ActionCall:
     command: Command
@@ -270,11 +277,24 @@ class Actor:
     builtin: str = ""  # the class of the language that it is of
     classes: "tuple[ClassValue, ...]" = ()  # those of the file that it is of, nearest first
     late: bool = False  # a `new` of the run lets it appear
+    doors: "dict[str, Door]" = field(default_factory=dict)
+    """Doors that its behavior opens, by side."""
+    door_of: "Actor | None" = None
 
     @property
     def present(self) -> bool:
         """Return whether it is there from the start."""
         return not self.late and (self.scenario is None or self.scenario.present)
+
+
+@frozen_identity
+class Door:
+    """A door of a vehicle: its actor, and locals for whether it is opened, how fast, and until when."""
+
+    actor: Actor
+    opened: int
+    pace: int
+    until: int
 
 
 @frozen_identity

@@ -57,6 +57,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "intersectionAt": "The intersection at a point that is known before the run; `None` outside of all.",
         "incomingLanes": "Lanes that end at the intersection.",
         "outgoingLanes": "Lanes that begin at the intersection.",
+        "route": "The maneuver from one arm to another, as in `intersection.route('south', 'north')`.",
         "is3Way": "Whether three roads meet.",
         "is4Way": "Whether four roads meet.",
         "center": "The middle of the intersection.",

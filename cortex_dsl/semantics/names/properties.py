@@ -62,6 +62,12 @@ class Domain:
     doc: str = ""
 
 
+MEASURED: Mapping[str, Domain] = {
+    "age": Domain("`age`", PURE, 3.0, 110.0),
+    "doorLength": Domain("`doorLength`", LENGTH, 0.3, 3.0),
+}
+"""Numbers that no column of a scene has: the age of a person on foot in years, and the length of a vehicle's doors."""
+
 ENVIRONMENT: Mapping[str, Domain] = {
     d.name: d
     for d in (
@@ -125,6 +131,8 @@ FLAGS: Mapping[str, str] = {
     "allowCollisions": "Whether it may overlap others at the start.",
     "regionContainedIn": "`None`: it may start off the road.",
     "requireVisible": "Whether the ego must see it at the start.",
+    "doorLength": "Length of the doors that it opens, 1 m without it.",
+    "age": "Years of a person on foot, by which behaviors draw the walking speed.",
     "level": "The road on whose level it begins, where roads pass over one another.",
 }
 """Properties that are not numbers."""

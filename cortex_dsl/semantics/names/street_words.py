@@ -7,14 +7,29 @@ from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.syntax import nodes
 from engine.road.network import LANE_TYPES, SurfaceKind
 
-MADE_BY: Mapping[SurfaceKind, str] = {
-    SurfaceKind.SIDEWALK: "sidewalk=2 m",
-    SurfaceKind.SHOULDER: "shoulder=1.5 m",
-    SurfaceKind.PARKING: "parking=2 m",
-    SurfaceKind.BIKE_LANE: "bike_lane=1.8 m",
-    SurfaceKind.CROSSING: "sidewalk=2 m, crossings=True",
+_USUAL: Mapping[str, float | bool] = {
+    "sidewalk": 2.0,
+    "shoulder": 1.5,
+    "parking": 2.0,
+    "bike_lane": 1.8,
+    "crossings": True,
 }
-"""Arguments of a `map` line by the kind of surface that they make; every road has kerbs."""
+"""Arguments of a `map` line that make surfaces, with usual values [m]."""
+_MAKERS: Mapping[SurfaceKind, tuple[str, ...]] = {
+    SurfaceKind.SIDEWALK: ("sidewalk",),
+    SurfaceKind.SHOULDER: ("shoulder",),
+    SurfaceKind.PARKING: ("parking",),
+    SurfaceKind.BIKE_LANE: ("bike_lane",),
+    SurfaceKind.CROSSING: ("sidewalk", "crossings"),
+}
+"""Arguments by the kind of surface that they make; every road has kerbs."""
+MADE_BY: Mapping[SurfaceKind, str] = {
+    kind: ", ".join(
+        f"{name}={_USUAL[name]}" if _USUAL[name] is True else f"{name}={_USUAL[name]:g} m" for name in names
+    )
+    for kind, names in _MAKERS.items()
+}
+"""The same as text."""
 
 OUTSIDE: Mapping[SurfaceKind, tuple[str, ...]] = {
     **LANE_TYPES,
@@ -23,15 +38,19 @@ OUTSIDE: Mapping[SurfaceKind, tuple[str, ...]] = {
 }
 """Types of lanes, and of objects, from which the region of a kind is read in OpenDRIVE."""
 
-_SIDEWALK: Mapping[str, Any] = {"sidewalk": 2.0}
-_NEEDS: tuple[tuple[tuple[str, ...], Mapping[str, Any]], ...] = (
-    (("sidewalk", "_sidewalk", "sidewalks", "sidewalkRegion", "walkableRegion"), _SIDEWALK),
-    (("shoulder", "_shoulder", "shoulders", "shoulderRegion"), {"shoulder": 1.5}),
-    (("crossing", "crossings", "crossingRegion"), {**_SIDEWALK, "crossings": True}),
-    (("bikeLane", "_bikeLane", "bikeLanes"), {"bike_lane": 1.8}),
-    (("parking",), {"parking": 2.0}),
-)
-"""Words, and the fields of the road of a file without `map` that they need."""
+_WORDS: Mapping[SurfaceKind, tuple[str, ...]] = {
+    SurfaceKind.SIDEWALK: ("sidewalk", "_sidewalk", "sidewalks", "sidewalkRegion", "walkableRegion"),
+    SurfaceKind.SHOULDER: ("shoulder", "_shoulder", "shoulders", "shoulderRegion"),
+    SurfaceKind.CROSSING: ("crossing", "crossings", "crossingRegion"),
+    SurfaceKind.BIKE_LANE: ("bikeLane", "_bikeLane", "bikeLanes"),
+    SurfaceKind.PARKING: ("parking",),
+}
+"""Words by the kind of surface that they need."""
+
+
+def _fields(kind: SurfaceKind) -> dict[str, Any]:
+    """Return the fields of the road of a file without `map` that needs surfaces of a kind."""
+    return {name: _USUAL[name] for name in _MAKERS[kind]}
 
 
 def street_of(module: nodes.Module) -> Mapping[str, Any]:
@@ -42,12 +61,12 @@ def street_of(module: nodes.Module) -> Mapping[str, Any]:
     names = {node.id for node in every if isinstance(node, nodes.Name)}
     names |= {node.name for node in every if isinstance(node, nodes.Attribute)}
     found: dict[str, Any] = {}
-    for words, needed in _NEEDS:
+    for kind, words in _WORDS.items():
         if not (names - own).isdisjoint(words):
-            found |= needed
+            found |= _fields(kind)
     people = (node for node in every if isinstance(node, nodes.New) and node.class_name == "Pedestrian")
     if any(isinstance(node, nodes.Model) for node in every) and not all(map(_is_placed, people)):
-        found |= _SIDEWALK
+        found |= _fields(SurfaceKind.SIDEWALK)
     return found
 
 

@@ -95,6 +95,27 @@ def attributes_set(module: nodes.Module) -> frozenset[str]:
     return frozenset(node.target.name for node in everything_in(module) if isinstance(node, nodes.SetAttribute))
 
 
+def door_openers(module: nodes.Module) -> frozenset[str]:
+    """Every behaviour that opens a door, or names a behaviour that does."""
+    behaviours = [node for node in everything_in(module) if isinstance(node, nodes.BehaviorDefinition)]
+    named = {each.name: {n.id for n in everything_in(each) if isinstance(n, nodes.Name)} for each in behaviours}
+    found: set[str] = set()
+    while more := {name for name, ids in named.items() if ids & {"OpenDoorAction", *found}} - found:
+        found |= more
+    return frozenset(found)
+
+
+def door_sides(module: nodes.Module) -> frozenset[str]:
+    """Sides of the doors that a file opens; both where a side is no text."""
+    calls = (node for node in everything_in(module) if isinstance(node, nodes.Call))
+    found: set[str] = set()
+    for call in calls:
+        if isinstance(call.function, nodes.Name) and call.function.id == "OpenDoorAction":
+            side = next((each.value for each in call.arguments if each.name in (None, "side")), None)
+            found |= {side.value} if isinstance(side, nodes.String) else {"left", "right"}
+    return frozenset(found)
+
+
 # -- the shape of conditions -------------------------------------------------------------------------------------------
 
 TIMED = ("always", "eventually", "next", "until")

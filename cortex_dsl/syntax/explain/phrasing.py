@@ -262,6 +262,30 @@ def range_in_words(context: ErrorContext) -> Diagnostic | None:
     return errors.FOREIGN_SPELLING.at(Span(*match.span()), "a range is written `Range(low, high)`", cure=cure)
 
 
+def meeting_incomplete(context: ErrorContext) -> Diagnostic | None:
+    """`new Car meeting ego after 4 s`."""
+    words, place = context.words, context.place
+    start = next((i for i in range(place - 1, 0, -1) if words[i].text == "meeting"), 0)
+    said = [word.text for word in words[start + 1 : place]]
+    if not start or "," in said or "after" in said or context.bracket is not None:
+        return None
+    lacks = "after T" if "at" in said else "at P" if said else "an object"
+    if lacks == "an object" and context.found.text not in ("at", "after"):
+        return None
+    if lacks == "after T" and context.found.text not in (",", "by", "") and context.found.kind != "end":
+        return None
+    if lacks == "at P" and context.found.text not in (",", "after", "by", "") and context.found.kind != "end":
+        return None
+    other = context.source.text[words[start + 1].span.start : words[place - 1].span.end].split(" at ")[0]
+    shown = other if said else "ego"
+    lacks = f"`{lacks}`" if said else lacks
+    return errors.UNEXPECTED.at(
+        context.found.span,
+        f"a meeting lacks {lacks}: it names an object, a place of it and a time",
+        cure=f"write `meeting {shown} at 0.5 after 4 s`",
+    )
+
+
 def distance_first(context: ErrorContext) -> Diagnostic | None:
     """`new Car 40 m before intersection along way`."""
     new = next((i for i, word in enumerate(context.words[: context.place]) if word.text == "new"), None)

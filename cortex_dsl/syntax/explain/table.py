@@ -38,6 +38,7 @@ MISTAKES = (
     Mistake("ego: Car", "SCN114", habits.typed_name),
     Mistake("param V = [20..50] km/h", "SCN114", habits.range_in_brackets),
     Mistake("param V = 15 to 50 km/h", "SCN114", phrasing.range_in_words),
+    Mistake("other = new Car meeting ego after 4 s", "SCN101", phrasing.meeting_incomplete),
     Mistake("ego = new Car 40 m before intersection along way", "SCN101", phrasing.distance_first),
     Mistake("terminate when ego collides with truck", "SCN101", phrasing.contact),
     Mistake("b = new Car ahead ego", "SCN101", joints.side_without_of),

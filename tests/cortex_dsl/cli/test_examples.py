@@ -50,7 +50,7 @@ def test_a_copy_compiles_where_it_lies(name: str, cortexc: Command, tmp_path: Pa
     """It brings the files that it needs beside it, and no others."""
     assert cortexc("examples", name, "--copy", tmp_path).code == 0
     done = cortexc(tmp_path / f"{name}.scn", "--check")
-    with_map = name in ("on_ramp", "village")
+    with_map = name in ("on_ramp", "ramp_with_acc", "village")
     assert (done.code, done.err) == (0, "")
     assert len(list(tmp_path.glob("*.xodr"))) == with_map
 

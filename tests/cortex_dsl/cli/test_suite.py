@@ -18,6 +18,8 @@ from hypothesis import strategies as st
 
 import cortex_dsl as cx
 from cortex_dsl.api import seeded_runs, suite_cells, testing
+from cortex_dsl.api.contenders import side_of
+from cortex_dsl.api.limits import budget_of
 from cortex_dsl.api.suite_tables import SuiteError, read_suite, suite_names, suite_of
 from cortex_dsl.api.suites import run_suite
 from cortex_dsl.console.terminal import Exit
@@ -668,3 +670,150 @@ def test_a_cell_that_is_not_run_counts_as_red_in_the_points() -> None:
     result = cells(run_suite("euroncap-2026", BLIND, only=["CPNCO night/30/50"], budget=1))["CPNCO night/30/50"]
     green = replace(result, outcome=Outcome.PASS, colour=Colour.GREEN)
     assert GroupResult("a", (result, green), {"standard": 1.0}).score("standard") == 0.5
+
+
+# -- drivers that cannot be named, that end the process, or that are not deterministic ---------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--ego", "EmergencyBrakeBehavior", "--budget", "0"), "--budget is `0`, and at least one run is needed"),
+        (("--ego", ""), "the name of a driver is empty"),
+        (("--ego", "  "), "the name of a driver is empty"),
+        (("--ego", "process:/nonexistent"), "`/nonexistent` cannot be started: no such file or directory"),
+        (("--ego", "process:/etc/passwd --fast"), "`/etc/passwd` cannot be started: it is not executable"),
+    ],
+)
+def test_a_driver_that_names_nothing_is_a_wrong_command_line(cortexc: Run, words: tuple[str, ...], said: str) -> None:
+    """The command ends before a cell runs, with the reason and a cure."""
+    result = cortexc("suite", "un-r152", "--only", "car M1/maximum/10", *words)
+    assert result.code == Exit.USAGE
+    assert said in result.said
+    assert "help:" in result.err
+    assert not result.out
+
+
+@pytest.mark.parametrize(
+    ("driver", "place"),
+    [
+        ("EmergencyBrakeBehavior(FollowLaneBehavior(EGO_SPED))", "character 43 (`EGO_SPED`): SCN201"),
+        ("EmergencyBrakeBehavior(FollowLaneBehavior(EGO_SPEED), treshold=1 s)", "character 55 (`treshold"),
+        ("EmergencyBrakeBehavior(FollowLaneBehavior(EGO_SPEED) delay=1 s)", "character "),
+    ],
+)
+def test_a_mistake_in_the_text_of_a_behavior_has_its_place(cortexc: Run, driver: str, place: str) -> None:
+    """The place is that in the text of `--ego`, which the reader can see."""
+    result = cortexc("suite", "un-r152", "--only", "car M1/maximum/10", "--ego", driver, "--json")
+    assert result.code == Exit.USAGE
+    refusal = result.document["groups"][0]["refusal"]
+    assert place in refusal
+    number = int(refusal.split("character ")[1].split(" ")[0].rstrip(":"))
+    assert 1 <= number <= len(driver) + 1
+
+
+def test_a_budget_of_time_that_the_least_work_exceeds_is_stated(cortexc: Run) -> None:
+    """The nominal tests run whatever the budget is; the screen and the document say that they took longer."""
+    words = ("suite", "un-r152", "--only", "car M1/maximum/[1-4]0", "--ego", "EmergencyBrakeBehavior", "--budget")
+    (remark,) = cortexc(*words, "0.001s", "--json").document["remarks"]
+    assert "more than --budget 0.001s" in remark
+    assert "more than --budget 0.001s" in " ".join(cortexc(*words, "0.001s").out.split())
+    assert cortexc(*words, "10min", "--json").document["remarks"] == []
+
+
+ODD_DRIVERS = """
+import os
+
+import numpy as np
+
+ACTION = {"brakes": [0.0, 1.0, 0.0], "coasts": [0.0, 0.0, 0.0]}
+calls = 0
+
+
+def alternates(observations):
+    \"\"\"Each block of scenes otherwise than the one before.\"\"\"
+    global calls
+    calls += 1
+    return np.tile([0.0, 1.0 if calls % 2 else 0.999, 0.0], (len(observations), 1))
+
+
+def passes_once(observations):
+    \"\"\"The first test of a single scene brakes, all later ones do not.\"\"\"
+    global calls
+    if (len(observations) == 1 or calls) and (np.asarray(observations)[:, 0] > 0.0).any():
+        calls += 1
+    return np.tile(ACTION["brakes" if calls < 60 else "coasts"], (len(observations), 1))
+
+
+def brakes(observations):
+    return np.tile(ACTION["brakes"], (len(observations), 1))
+
+
+def ends_the_process(observations):
+    os._exit(7)
+"""
+
+
+@pytest.fixture
+def odd(home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (home / "odd_drivers.py").write_text(ODD_DRIVERS)
+    monkeypatch.delitem(sys.modules, "odd_drivers", raising=False)
+    return home
+
+
+def test_a_driver_that_is_not_deterministic_is_named(cortexc: Run, odd: Path) -> None:
+    """Each nominal test is driven twice; one that is driven otherwise is counted, on the screen and in all files."""
+    words = ("suite", "un-r152", "--only", "car M1/maximum/[12]0", "--budget", "4", "--jobs", "1")
+    document = cortexc(*words, "--ego", "python:odd_drivers:alternates", "--json", "--out", "out").document
+    (remark,) = document["remarks"]
+    assert "not deterministic: it drives 2 of 2 nominal tests otherwise the second time" in remark
+    assert "not deterministic" in (odd / "out" / "report.html").read_text()
+    assert cortexc(*words, "--ego", "python:odd_drivers:brakes", "--json").document["remarks"] == []
+
+
+def test_a_cell_that_passes_once_and_fails_next_fails(odd: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The worse of both drives of the nominal test is its verdict."""
+    drivers = importlib.import_module("odd_drivers")
+    singles = list[int]()
+
+    def drive(*given: Any) -> Any:
+        if len(given[2].valid) == 1:
+            singles.append(1)
+        monkeypatch.setattr(drivers, "calls", 0 if len(singles) < 2 else 1000)
+        return seeded_runs.drive(*given)
+
+    monkeypatch.setattr(suite_cells, "drive", drive)
+    report = run_suite("un-r152", "python:odd_drivers:passes_once", only=["car M1/maximum/20"], budget=1)
+    (cell,) = report.cells
+    assert cell.outcome is Outcome.FAIL
+    assert cell.contact
+    assert report.groups[0].otherwise == ("car M1/maximum/20",)
+
+
+def test_a_driver_that_ends_its_process_loses_its_groups_only(cortexc: Run, odd: Path) -> None:
+    """With several processes its cells are errors with the reason, and all files are written."""
+    words = ("suite", "un-r152", "--only", "car M1/maximum/10", "--only", "pedestrian M1/maximum/20", "--budget", "2")
+    driver = ("--ego", "python:odd_drivers:ends_the_process", "--jobs", "2")
+    result = cortexc(*words, *driver, "--out", "out", "--json")
+    assert result.code == Exit.BROKEN_LIMIT
+    found = [cell for group in result.document["groups"] for cell in group["cells"]]
+    assert {cell["outcome"] for cell in found} == {"error"}
+    assert all("process of this group ended" in cell["reason"] for cell in found)
+    assert (odd / "out" / "cells.csv").exists()
+
+
+def test_groups_whose_process_does_not_end_keep_their_results(tmp_path: Path) -> None:
+    """After a process ended, groups without a result run again, each in a process of its own."""
+    plan = suite_cells.SuitePlan(side_of("EmergencyBrakeBehavior"), budget_of(1), jobs=2)
+    jobs = ["one", "dies", "two", "three"]
+    found = testing.results_of_files(ends_or_not, jobs, plan, 0.0, None, None, lambda name: f"lost {name}")
+    assert list(found) == ["one", "lost dies", "two", "three"]
+
+
+def ends_or_not(name: str, *_given: Any) -> str:
+    """Return the name; `dies` ends the process."""
+    import os
+
+    if name == "dies":
+        os._exit(3)
+    return name

@@ -1,11 +1,16 @@
 """Walking speeds by age, traffic from ahead and from the side of a maneuver, and the time until a light turns red."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from cortex_dsl import compile_text
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.semantics.evaluation.lanes import maneuver_by_arms
 from cortex_dsl.semantics.evaluation.random_values import OLDER, WALKING_DEVIATION, YOUNGER
+from cortex_dsl.semantics.quantities.algebra import NOWHERE
 from engine import batch
 from engine.maps import RoadSpec
 from engine.road import build_network
@@ -78,3 +83,24 @@ def test_a_light_turns_red_at_the_time_that_it_tells(arm: int, offset: float) ->
     ended = batch.simulate(scenario.program, scenes, scenario.config.simulation).end_time[0]
     assert 0.0 <= told < 18.0
     assert told - 1e-9 <= ended <= told + 0.05 + 1e-9
+
+
+@pytest.mark.parametrize("lanes", [1, 2])
+@pytest.mark.parametrize("ways", [3, 4])
+def test_a_route_leads_from_arm_to_arm(ways: int, lanes: int) -> None:
+    """It begins on the first arm and ends on the second; no other maneuver between them is nearer to the kerb."""
+    place = build_network(RoadSpec(ways=ways, lanes=lanes)).intersections[0]
+    legs = {leg.name: leg for leg in place.legs}
+    for start, end in permutations(legs, 2):
+        way = maneuver_by_arms(place, NOWHERE, start, end)
+        assert way.start_lane in legs[start].incoming_lanes
+        assert way.end_lane in legs[end].outgoing_lanes
+        for other in place.maneuvers:
+            if other.start_lane in legs[start].incoming_lanes and other.end_lane in legs[end].outgoing_lanes:
+                assert way.start_lane.number <= other.start_lane.number
+
+
+@pytest.mark.parametrize("arms", ['"south", "norht"', '"south", "south"', "1, 2", '"south"'])
+def test_ways_between_arms_that_do_not_exist_are_refused(arms: str) -> None:
+    with pytest.raises(CompileError):
+        compile_text(f"map intersection()\nway = intersection.route({arms})\nego = new Car on road\n")

@@ -5,7 +5,7 @@ import pytest
 
 from cortex_dsl import compile_text
 from cortex_dsl.semantics import elaboration
-from engine.maps import RoadSpec
+from engine.maps import LoneRoad, RoadSpec
 from engine.road import build_network
 from engine.road.areas import WALKABLE, region_of_kinds, vehicle_region
 from engine.road.network import SurfaceKind
@@ -203,3 +203,45 @@ def test_sidewalks_of_many_people_are_drawn_with_the_scene(monkeypatch: pytest.M
 def test_mistakes_in_the_map_are_named(line: str, code: str) -> None:
     found = findings(f"{line}\nego = new Car on road\n")
     assert code in [each.code for each in found], found
+
+
+def test_a_truth_for_a_width_is_answered_with_an_example() -> None:
+    (found,) = findings("map road(sidewalk=True)\nego = new Car on road\n")
+    assert found.code == "SCN303"
+    assert "sidewalk=" in (found.cure or "")
+
+
+@pytest.mark.parametrize("name", ["_shoulder", "_sidewalk", "_bikeLane"])
+def test_a_strip_that_no_road_has_is_none(name: str) -> None:
+    """Also of an object whose lane only the scene knows; without the underscore the map argument is named."""
+    text = "map road(length=300 m)\nego = new Car on road\nassert ego.laneGroup.{} is None\n"
+    compile_text(text.format(name))
+    assert [each.code for each in findings(text.format(name[1:]))] == ["SCN450"]
+
+
+ANYWHERE = """map road(length=300 m, sidewalk=2 m, crossings=[100 m, 200 m])
+ego = new Car on road
+walker = new Pedestrian on network.walkableRegion
+"""
+
+
+def test_the_crossing_under_an_object_is_known_to_the_scene() -> None:
+    """`x.crossing` rejects scenes without one, `x._crossing` is None there, and a place on it lies on the same one."""
+    places = placed(f"{ANYWHERE}other = new Pedestrian on walker.crossing\n", "walker")
+    others = placed(f"{ANYWHERE}other = new Pedestrian on walker.crossing\n", "other")
+    network = build_network(LoneRoad(length=300.0, sidewalk=2.0, crossings=(100.0, 200.0)))
+    crossings = [each for each in network.surfaces if each.kind is SurfaceKind.CROSSING]
+    on = [[each.contains(x, y) for each in crossings] for x, y, _ in places.tolist()]
+    assert all(map(any, on))
+    assert on == [[distance(each.shape, x, y) < 0.01 for each in crossings] for x, y, _ in others.tolist()]
+    off = placed(f"{ANYWHERE}require walker._crossing is None\n", "walker")
+    assert not any(each.contains(x, y) for each in crossings for x, y, _ in off.tolist())
+    first = placed(f"{ANYWHERE}require walker._crossing is network.crossings[1]\n", "walker")
+    assert all(crossings[1].contains(x, y) for x, y, _ in first.tolist())
+
+
+def test_an_object_whose_lane_the_scene_draws_may_have_no_sidewalk() -> None:
+    """`is None` asks for each scene, not once for all."""
+    head = "map road(length=300 m, sidewalk=2 m)\nego = new Car on road\n"
+    assert len(placed(f"{head}require ego.laneGroup._sidewalk is not None\n", "ego")) == 60
+    assert [each.code for each in findings("map road()\nego = new Car on road\nrequire ego._crossing is None\n")] != []
