@@ -459,7 +459,7 @@ CONSTANTS: Mapping[str, tuple[str, str, str]] = {
         )
         for kind, names in MAP_ARGUMENTS.items()
         for name in names
-        if kind != "opendrive" and name not in TRUTHS
+        if kind not in ("opendrive", "lanelet2") and name not in TRUTHS
         for stated in [f"sidewalk=2 m, {name}=[{{}}]" if name == PLACES else f"{name}={{}}"]
         for unit in [" * 1 " + si_word(DIMENSIONS.get(name, LENGTH)) if name not in WHOLE else ""]
     },

@@ -56,7 +56,7 @@ IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record",
 """Params that Scenic's simulators read and nothing here does."""
 TIME_STEPS = (1e-4, 1.0)
 """Bounds of a time step [s]."""
-SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM, "fair")
+SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM, "fair", "late")
 
 
 # -- names ------------------------------------------------------------------------------------------------------------
@@ -172,6 +172,11 @@ def _set(ev: Evaluator, argument: Given) -> None:
         raise UNKNOWN_ARGUMENT.mistake(argument.place, function="simulation", name=name, suggestion=suggestion)
     if name == "scenario":
         _check_text(name, argument)
+        return
+    if name == "late":
+        count = whole_number(ev, argument.value, argument.span, "`late`", may_vary=False)
+        in_range(ev, ev.algebra.literal(float(count)), Domain("`late`", PURE, 1.0, 32.0), argument.span)
+        ev.run.built.late_limit = count
         return
     ev.file.settings.put(argument.span, f"`{name}`", **{name: _setting(ev, name, argument)})
 
