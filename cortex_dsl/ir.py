@@ -253,6 +253,15 @@ class Spawn(Act):
 
 
 @frozen
+class Enter(Act):
+    """Let an absent actor take part from this sample on, at a place that is worked out now."""
+
+    actor: int
+    start: tuple[Expr, Expr, Expr, Expr]
+    """x, y [m], heading [rad], speed [m/s]"""
+
+
+@frozen
 class TryInterrupt(Act):
     """Handlers in the order of the file.
 

@@ -73,7 +73,7 @@ USUAL = {
     "given": "0",
     "wrapping": "",
 }
-GIVEN = {"vehicle": "self", "car": "self", "color": '"red"'}
+GIVEN = {"vehicle": "self", "car": "self", "color": '"red"', "side": '"left"'}
 """Arguments of functions that have neither a default nor a dimension."""
 PLACED = "facing 0 deg, with regionContainedIn None, with allowCollisions True"
 FIELD = "VectorField('F', lambda p: 1 rad)"
@@ -85,6 +85,7 @@ OTHERS: Mapping[str, tuple[Domain, str, str]] = {
     "signals(all_red)": (Domain("`all_red` of the lights", TIME, 0.0, 1e5), "signals", "signals(all_red=@)"),
     "signals(offset)": (Domain("`offset` of the lights", TIME, -1e5, 1e5), "signals", "signals(offset=@)"),
     "share of steering": (Domain("`steer`", PURE, -1.0, 1.0), "action", "SetSteerAction(@)"),
+    "speed of an object that appears": (PROPERTIES["speed"], "statement", "new Car at (0, 3 km), with speed @"),
     "do for": (Domain("the duration after `for`", TIME), "statement", "do IdleBehavior() for @"),
     "wait for": (Domain("the duration after `for`", TIME), "statement", "wait for @"),
     "do for steps": (Domain("the number of steps after `for`", PURE), "statement", "do IdleBehavior() for (@) steps"),
@@ -267,7 +268,9 @@ def file(end: End, form: str, line: str = "", given: str = "0") -> str:
         texts["walk"] = f", with behavior Walking({given})"
     elif place == "action":
         others = [p.name for p in BUILTINS[name].parameters if p.default is None and p.name != domain.name]
-        texts["action"] = f"{name}({', '.join([f'{domain.name}={form}', *(f'{each}=0' for each in others)])})"
+        texts["action"] = (
+            f"{name}({', '.join([f'{domain.name}={form}', *(f'{each}={GIVEN.get(each, 0)}' for each in others)])})"
+        )
     elif place == "function":
         needed = [p.name for p in BUILTINS[name].parameters if p.default is None and p.name != domain.name]
         known = ", ".join(f"{each}={GIVEN[each]}" for each in needed)
@@ -373,6 +376,7 @@ CHECKS = ("in_range", "known_number")
 CHECKED = {
     "acting.acts._duration": "do for",
     "acting.acts._weight": "choose",
+    "acting.statements._count": "max_attempts",
     "acting.statements._setting": "time_step",
     "acting.statements._take_timestep": "timestep",
     "acting.statements.known_limit": "terminate after",
@@ -382,6 +386,7 @@ CHECKED = {
     "evaluation.random_values.deviation_of": "Normal",
     "evaluation.calls.scenic_steering": "share of steering",
     "evaluation.making._measured": "age",
+    "evaluation.objects.make": "speed of an object that appears",
     "evaluation.mutation._scale": "mutate",
     "evaluation.objects._own_view": "visibleDistance of a place",
     "evaluation.regions._length": "circle",
@@ -449,6 +454,7 @@ CONSTANTS: Mapping[str, tuple[str, str, str]] = {
     "length of an arc": (ONE + PATH.format("Arc(9 m, length={})"), "-1 m", "Range(1, 2) m"),
     "radius of a clothoid": (ONE + PATH.format("Clothoid({}, none, length=1 m)"), "-2e9 m", "Range(1, 2) m"),
     "max_attempts": ("simulation(max_attempts={})\n" + ONE, "0", "DiscreteRange(1, 2)"),
+    "late": ("simulation(late={})\n" + ONE, "33", "DiscreteRange(1, 2)"),
     "probability": (ONE + "require[{}] ego.x < 1", "1.5", "Range(0.1, 0.2)"),
     "bound of a DiscreteRange": (ONE + "require DiscreteRange({}, 3) < 4", "4", "Range(1, 2)"),
     **{
@@ -459,7 +465,7 @@ CONSTANTS: Mapping[str, tuple[str, str, str]] = {
         )
         for kind, names in MAP_ARGUMENTS.items()
         for name in names
-        if kind != "opendrive" and name not in TRUTHS
+        if kind not in ("opendrive", "lanelet2") and name not in TRUTHS
         for stated in [f"sidewalk=2 m, {name}=[{{}}]" if name == PLACES else f"{name}={{}}"]
         for unit in [" * 1 " + si_word(DIMENSIONS.get(name, LENGTH)) if name not in WHOLE else ""]
     },

@@ -275,6 +275,9 @@ def _simulation_edit(original: Original, key: StreamKey, source: Source) -> Edit
     scenario = original.scenario or pinned_scenario(module)
     if scenario is not None:
         settings.append(f'scenario="{scenario}"')
+    stated = [each for each in module.statements if isinstance(each, nodes.Simulation)]
+    late = (each.value for statement in stated for each in statement.arguments if each.name == "late")
+    settings += [f"late={source.slice(value.span)}" for value in late]
     text = f'simulation({", ".join(settings)}, stream="{format_key(key)}")'
     for statement in module.statements:
         if isinstance(statement, nodes.Simulation):

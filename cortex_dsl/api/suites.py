@@ -145,7 +145,8 @@ def _prepare_first(suite: Suite, plan: SuitePlan, prepare: Prepare) -> None:
     for group in suite.groups:
         if group.file is not None:
             with suppress(CortexError):  # the run of the group reports it
-                prepare(contender(_with_speed(plan.side, turns=has_path(group.file)), group.file).scenario)
+                side = _with_speed(plan.side, turns=has_path(group.file))
+                prepare(contender(side, group.file).scenario)
                 return
 
 

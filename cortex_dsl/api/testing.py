@@ -7,6 +7,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -182,10 +183,10 @@ def _apart(
     """
     from engine.search.workers import WorkersLostError, apart, process_pool, tells_of_a_kill
 
-    done = 0
+    done, futures = 0, list[Future[ResultT]]()
     try:
         with process_pool(workers) as pool:
-            futures = [pool.submit(judge, file, plan, share) for file in files]
+            futures += [pool.submit(judge, file, plan, share) for file in files]
             try:
                 for future in futures:
                     result = apart(future.result)

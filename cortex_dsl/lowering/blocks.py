@@ -13,10 +13,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.lowering.instructions import CodeBuffer, ExpressionWriter, LocalRegister, Register, Target
+from cortex_dsl.lowering.instructions import CodeBuffer, ExpressionWriter, LocalRegister, Register, SceneValue, Target
 from engine.frozen import frozen
 from engine.opcodes import Op
-from engine.vocabulary import Command
+from engine.vocabulary import Column, Command
 
 
 @dataclass
@@ -119,6 +119,8 @@ class BehaviourWriter:
                 self._stop(monitors, actors)
             case ir.Spawn(actors=actors):
                 self._spawn(actors)
+            case ir.Enter(actor=actor, start=start):
+                self._enter(actor, start)
             case _:
                 raise AssertionError(f"no code for {type(act).__name__}")
 
@@ -264,6 +266,14 @@ class BehaviourWriter:
             if (behaviour := self.coroutines.actors[actor]) is not None:
                 self._start(behaviour)
             self.buffer.emit(Op.SPAWN, None, actor)
+
+    def _enter(self, actor: int, start: Sequence[ir.Expr]) -> None:
+        """Write the start of an actor where its scene would have it, and spawn it."""
+        writer = self.expressions.branch()
+        registers = [writer.register(value) for value in start]
+        for column, register in zip((Column.X, Column.Y, Column.HEADING, Column.SPEED), registers, strict=True):
+            self.buffer.emit(Op.MOVE, SceneValue(actor * len(Column) + column), register)
+        self._spawn((actor,))
 
     def _try(self, act: ir.TryInterrupt) -> None:
         body_block, body_start = self.blocks.new(), Target()

@@ -122,6 +122,8 @@ class Printer:
                 yield "stop " + ", ".join([*(f"monitor {m}" for m in monitors), *(f"actor {a}" for a in actors)])
             case ir.Spawn(actors=actors):
                 yield "spawn " + ", ".join(f"actor {actor}" for actor in actors)
+            case ir.Enter(actor=actor, start=start):
+                yield f"enter actor {actor} at " + ", ".join(map(self.text, start))
             case ir.TryInterrupt(body=body, handlers=handlers):
                 yield "try"
                 yield from self._inner(body)

@@ -20,17 +20,18 @@ from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.runs import WHICH_SCENARIO
 from cortex_dsl.semantics.errors.scene import NO_EGO
 from cortex_dsl.semantics.evaluation import calls, geometry, lists, objects, operators, relations, seeing, texts
+from cortex_dsl.semantics.evaluation.levels import lanes_in
 from cortex_dsl.semantics.evaluation.objects import starts_on_road
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.evaluation.seeing import in_environment
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
-from cortex_dsl.semantics.model.marks import Marks
+from cortex_dsl.semantics.model.marks import Marks, Rewind
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.properties import PROPERTIES
-from cortex_dsl.semantics.names.tree import speaks_of_run
+from cortex_dsl.semantics.names.tree import everything_in, speaks_of_run
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -132,12 +133,14 @@ def _elaborated(ev: Evaluator, module: nodes.Module, first: int, marks: Marks | 
         run_module(ev, module.statements, first, marks)
         composer = set_up_run(ev)
         _compose(ev, composer)
+        _find_late(ev, module)
         actors = _finished_actors(ev)
         require_domains(ev, actors)
         _require_visible(ev, actors)
         _require_workspace(ev, actors)
         _rules(ev, module.statements, composer)
         behaviours = [_behaviour(ev, actor) for actor in actors]
+        assert len(actors) == len(run.built.actors)
     except Rejection as rejection:
         return Draft(_rejected(run, rejection), {}, rejection.span, {})
     if ev.file.findings.has_errors:
@@ -191,8 +194,7 @@ def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
     if ego is None:
         return
     for actor in actors:
-        present = actor.scenario is None or actor.scenario.present
-        if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
+        if actor is not ego and actor.present and actor.properties.get("requireVisible", False) is True:
             name, line = f"{actor.name} is visible from the ego", ev.facts.line(actor.span)
             ev.run.built.requirements.append(ir.Requirement(seeing.sees(ev, ego, actor), 1.0, name, line))
 
@@ -205,10 +207,34 @@ def _require_workspace(ev: Evaluator, actors: Sequence[Actor]) -> None:
         return
     scene = ev.at_moment(Moment())
     for actor in actors:
-        if "regionContainedIn" not in actor.properties and (actor.scenario is None or actor.scenario.present):
+        if "regionContainedIn" not in actor.properties and actor.present:
             inside = geometry.inside(scene, actor, workspace, actor.span)
             name = f"{actor.name} lies in the workspace"
             ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, ev.facts.line(actor.span)))
+
+
+def _find_late(ev: Evaluator, module: nodes.Module) -> None:
+    """Make the objects that behaviours let appear: others must know them, whose behaviours may be written before.
+
+    Behaviours are written until they make no further object, and each time the choices, draws and locals that they have
+    met are forgotten. The last time counts, as for all files without such objects.
+    """
+    run = ev.run
+    if not any(isinstance(node, nodes.New) for each in _behaviour_nodes(ev, module) for node in everything_in(each)):
+        return
+    composed, made = len(run.built.late), -1
+    while made < len(run.built.late):
+        made = len(run.built.late)
+        before = Rewind(run)
+        for actor in sorted(run.built.actors, key=lambda each: each.index):
+            _behaviour(ev, actor)
+        before.restore(late_met=composed)
+
+
+def _behaviour_nodes(ev: Evaluator, module: nodes.Module) -> Iterator[nodes.Node]:
+    """Yield the behaviours that the file and its imports define, also within scenarios."""
+    modules = (module, *(file.module for file in ev.facts.imports.values()))
+    return (node for each in modules for node in everything_in(each) if isinstance(node, nodes.BehaviorDefinition))
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
@@ -270,11 +296,11 @@ def _ir_actor(ev: Evaluator, actor: Actor, behaviour: ir.Block | None) -> ir.Act
         columns=_columns(ev, actor),
         behaviour=behaviour,
         route=_route(behaviour),
-        inside_road=starts_on_road(actor) and vehicle_region(network_of(ev)) == ROAD.id,
-        overlap_group=0 if actor.properties.get("allowCollisions", False) else _coming_with(actor),
+        inside_road=not actor.late and starts_on_road(actor) and vehicle_region(network_of(ev)) == ROAD.id,
+        overlap_group=0 if actor.late or actor.properties.get("allowCollisions", False) else _coming_with(actor),
         span=actor.span,
-        present=actor.scenario is None or actor.scenario.present,
-        level=tuple(lane.id for lane in actor.properties.get("level") or ()),
+        present=actor.present,
+        level=tuple(lane.id for lane in lanes_in(actor.properties.get("level"))),
     )
 
 

@@ -16,6 +16,7 @@ LANGUAGE = (
     "reference/language/files-and-values.md",
     "reference/language/operators.md",
     "reference/language/roads.md",
+    "reference/language/road-files.md",
     "reference/language/streets.md",
     "reference/language/road-attributes.md",
     "reference/language/params.md",

@@ -108,9 +108,8 @@ def read_lanelets(path: Path, origin: tuple[float, float] | None) -> LaneletMap:
     if not any(_tags(node).get("type") == "lanelet" for node in root.every("relation")):
         raise InterchangeError("there is no lanelet in it", NETCONVERT.replace("FILE", path.stem), file)
     io, projection = _module("io"), _module("projection")
-    _module("core"), _module("routing")
     local = projection.LocalCartesianProjector(io.Origin(0.0, 0.0)) if origin is None else None
-    project = local or projection.UtmProjector(io.Origin(*origin))
+    project = local if origin is None else projection.UtmProjector(io.Origin(*origin))
     with TemporaryDirectory() as folder:
         copy = Path(folder) / "map.osm"
         places, lost = _write_whole(root, local, copy)
@@ -175,7 +174,8 @@ def _write_whole(root: Node, local: Any, copy: Path) -> tuple[Places, list[str]]
             gps = local.reverse(_module("core").BasicPoint3d(x, y, 0.0))
             attributes |= {"lat": repr(gps.lat), "lon": repr(gps.lon)}
         else:
-            node.number("lat", low=-90.0, high=90.0), node.number("lon", low=-180.0, high=180.0)
+            for name, most in (("lat", 90.0), ("lon", 180.0)):
+                node.number(name, low=-most, high=most)
         _copy(made, node, attributes, node.children)
     ways = set[int]()
     for way in root.every("way"):

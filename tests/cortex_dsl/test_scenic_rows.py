@@ -112,6 +112,8 @@ TABLES: dict[str, tuple[Row, ...]] = {
                  "x = 3\ndel x\n"),
         _same("`behavior`, `precondition`, `invariant`", BODY.format("pass")),
         _same("`do`, `do … until`, `do … for`", BODY.format("do IdleBehavior() for 1 seconds")),
+        _same("`new` in a behavior or in `compose`", BODY.format("new Object ahead of self by 9"),
+              "not at a place drawn from a region; an occupied one aborts the run"),
         _same("`do choose`, `do shuffle`", BODY.format("do choose IdleBehavior(), BrakeBehavior()")),
         _same("`take`, `wait`, `wait for`, `wait until`", BODY.format("wait for 2 steps")),
         _same("`try`, `interrupt when`, `abort`",

@@ -260,6 +260,7 @@ NAMES: dict[type[ir.Act], str] = {
     ir.Advance: "what a scenario does",
     ir.Stop: "stopping a scenario",
     ir.Spawn: "letting others in",
+    ir.Enter: "letting others in",
     ir.TryInterrupt: "`try`",
     ir.Abort: "the end of a `try`, or of what a `do` does until or for a while",
     ir.Terminate: "`terminate`",

@@ -155,7 +155,7 @@ class SuiteReport:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return what a reader of the verdicts must know: a driver that is not deterministic, an overrun budget."""
+        """Return remarks on the verdicts: a driver that is not deterministic, an overrun budget."""
         found: list[str] = []
         if names := [name for group in self.groups for name in group.otherwise]:
             tests = counted(sum(group.repeated for group in self.groups), "nominal test")

@@ -241,7 +241,7 @@ MOST = 12
 
 
 def further_pairs(
-    outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit, trajectory: Trajectory
+    outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit, trajectory: Trajectory | None = None
 ) -> list[Title]:
     """Return a view with a line for each pair except the deciding one, the nearest first; empty without any."""
     nearest = [k for k in np.argsort(outcomes.min_distance[0], kind="stable").tolist() if k != pair]
@@ -255,7 +255,7 @@ def further_pairs(
 
 
 def _pair_row(
-    outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit, trajectory: Trajectory
+    outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit, trajectory: Trajectory | None
 ) -> Sequence[Words]:
     name = Value(actors[pair + 1], actor_style(pair + 1))
     distance, time, speed, at_ms, ttc = (
@@ -269,7 +269,8 @@ def _pair_row(
         )
     )
     if not math.isfinite(distance):
-        words = NOT_LEVEL if never_on_one_level(trajectory, pair + 1) else "never met"
+        apart = trajectory is not None and never_on_one_level(trajectory, pair + 1)
+        words = NOT_LEVEL if apart else "never met"
         return name, Value(words, "quiet"), "", "", "", ""
     at = Value(f"at {fixed(time, 2)} s", "quiet")
     return name, f"{fixed(distance, 2)} m", at, unit.text(speed), f"{fixed(at_ms, 2)} m", f"{fixed(ttc, 2)} s"

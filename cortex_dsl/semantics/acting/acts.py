@@ -263,11 +263,24 @@ Act = Callable[[Body, nodes.Statement], ir.Block]
 
 def _assign(body: Body, node: nodes.Assign) -> ir.Block:
     with body.ev.naming(node.targets[0]):
-        value = body.ev.evaluate(node.value)
-    acts: list[ir.Act] = []
+        value, appearing = _evaluate(body, node.value)
+    acts: list[ir.Act] = list(appearing)
     for name, item in unpack(node.targets, value, node.span).items():
         acts += body.assign(name, item, node.value.span)
     return tuple(acts)
+
+
+def _evaluate(body: Body, node: nodes.Expression) -> tuple[Value, ir.Block]:
+    """Return the value of an expression, and the acts of an object that it lets appear."""
+    if not isinstance(node, nodes.New) or not body.inliner.lets_appear:
+        return body.ev.evaluate(node), ()
+    built = body.ev.run.built
+    built.appearing = []
+    try:
+        value = body.ev.evaluate(node)
+        return value, tuple(built.appearing)
+    finally:
+        built.appearing = None
 
 
 def _augmented(body: Body, node: nodes.AugmentedAssign) -> ir.Block:
@@ -278,7 +291,10 @@ def _augmented(body: Body, node: nodes.AugmentedAssign) -> ir.Block:
 
 
 def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
-    value = body.ev.evaluate(node.value)
+    with body.ev.naming(""):
+        value, appearing = _evaluate(body, node.value)
+    if appearing:
+        return appearing
     check_called(value, node.span)
     if isinstance(value, Effect):
         return value.acts

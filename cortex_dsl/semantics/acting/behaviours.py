@@ -136,6 +136,10 @@ class Inliner:
         """Return the name of the body that is being inlined."""
         return self.stack[-1].node.name
 
+    @property
+    def lets_appear(self) -> bool:
+        return self.actor is not None
+
     def started(self, call: BehaviourCall) -> ir.Block:
         """The actor's own behaviour, which begins with the run."""
         return self.invoke(call, self.ev.moment, at_start=True).block(call.span)

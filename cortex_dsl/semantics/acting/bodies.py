@@ -179,6 +179,11 @@ class Invoker(Protocol):
         """Return the name of the body that is being inlined."""
         ...
 
+    @property
+    def lets_appear(self) -> bool:
+        """Return whether its statements may let objects appear: those of monitors only watch."""
+        ...
+
     def act(self, body: "Body", statement: nodes.Statement) -> ir.Block:
         """Return the acts of one statement of a body."""
         ...

@@ -171,7 +171,7 @@ def _states(ev: Evaluator, actor: Actor) -> dict[State, Term]:
 
 def _is_here(actor: Actor) -> bool:
     """Return whether an actor is present from the start."""
-    return actor.scenario is None or actor.scenario.present
+    return actor.present
 
 
 # -- domains of random values ------------------------------------------------------------------------------------------
@@ -238,8 +238,10 @@ def keep_record(ev: Evaluator, node: nodes.Record, going: Term | None = None) ->
         place = Span(node.value.span.start, node.value.span.start + i)
         watch = ev.file.run.rule(place, name + suffix, RuleKind.WATCH)
         before = conditions.get((place, RuleKind.WATCH))
-        together = going is None or earlier is None or before is None
-        conditions[place, RuleKind.WATCH] = value if together else where(going, value, before)
+        if going is None or earlier is None or before is None:
+            conditions[place, RuleKind.WATCH] = value
+        else:
+            conditions[place, RuleKind.WATCH] = where(going, value, before)
         made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.facts.line(node.span), during)
         _keep_column(ev, node, made)
 

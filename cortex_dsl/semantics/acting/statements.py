@@ -56,7 +56,7 @@ IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record",
 """Params that Scenic's simulators read and nothing here does."""
 TIME_STEPS = (1e-4, 1.0)
 """Bounds of a time step [s]."""
-SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM, "fair")
+SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM, "fair", "late")
 
 
 # -- names ------------------------------------------------------------------------------------------------------------
@@ -173,6 +173,9 @@ def _set(ev: Evaluator, argument: Given) -> None:
     if name == "scenario":
         _check_text(name, argument)
         return
+    if name == "late":
+        ev.run.built.late_limit = _count(ev, argument, Domain("`late`", PURE, 1.0, 32.0))
+        return
     ev.file.settings.put(argument.span, f"`{name}`", **{name: _setting(ev, name, argument)})
 
 
@@ -183,11 +186,16 @@ def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
     if name == "stream":
         return _stream(_check_text(name, argument), span)
     if name == "max_attempts":
-        attempts = whole_number(ev, value, span, "`max_attempts`", may_vary=False)
-        in_range(ev, ev.algebra.literal(float(attempts)), Domain("`max_attempts`", PURE, 1.0, 1e9), span)
-        return attempts
+        return _count(ev, argument, Domain("`max_attempts`", PURE, 1.0, 1e9))
     low, high = TIME_STEPS if name == "time_step" else (1e-4, 1e5)
     return known_number(ev, argument, Domain(f"`{name}`", TIME, low, high), may_vary=False)
+
+
+def _count(ev: Evaluator, argument: Given, domain: Domain) -> int:
+    """Return a whole number that is a constant of a range."""
+    count = whole_number(ev, argument.value, argument.span, domain.name, may_vary=False)
+    in_range(ev, ev.algebra.literal(float(count)), domain, argument.span)
+    return count
 
 
 def _check_text(name: str, argument: Given) -> str:

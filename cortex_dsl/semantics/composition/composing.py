@@ -69,9 +69,9 @@ class Coroutine:
         clock, handlers = self._time_limits(body, during)
         if handlers:
             inner = (ir.TryInterrupt(span, inner, handlers),)
-        own = [actor.index for actor in instance.actors if actor.door_of is None]
+        own = [actor.index for actor in instance.actors if not actor.late and actor.door_of is None]
         spawn = (ir.Spawn(span, tuple(own)),) if own and not instance.present else ()
-        return Written((*spawn, *starts, *clock, *inner, stop((instance,), span)), before, during)
+        return Written((*spawn, *instance.entering, *starts, *clock, *inner, stop((instance,), span)), before, during)
 
     def _for_ever(self) -> ir.Block:
         return (ir.Loop(self.span, self.composer.ev.algebra.truth(True), (ir.Wait(self.span),)),)
@@ -198,6 +198,10 @@ class Composer(Inliner):
     @property
     def owner(self) -> str:
         return self.scenarios[-1].node.name
+
+    @property
+    def lets_appear(self) -> bool:
+        return True
 
     @property
     def node(self) -> nodes.ScenarioDefinition:

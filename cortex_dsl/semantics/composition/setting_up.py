@@ -20,10 +20,11 @@ from cortex_dsl.semantics.errors.runs import CANNOT_OVERRIDE, NEEDS_ARGUMENTS, U
 from cortex_dsl.semantics.errors.values import OVERRIDDEN_AND_SET, WRONG_KIND
 from cortex_dsl.semantics.evaluation import making, mutation
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.evaluation.geometry import NeedsRun
 from cortex_dsl.semantics.evaluation.making import checked
 from cortex_dsl.semantics.interpreter import control
 from cortex_dsl.semantics.model.context import Evaluator, Moment
-from cortex_dsl.semantics.model.marks import Marks
+from cortex_dsl.semantics.model.marks import Marks, Rewind
 from cortex_dsl.semantics.model.state import VariantState
 from cortex_dsl.semantics.model.values import (
     POISON,
@@ -38,7 +39,7 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.linking import ImportedFile
-from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES, all_properties
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PLACES, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import assigned, bound_name, everything_in, speaks_of_run
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -282,8 +283,40 @@ def _set_up_by(ev: Evaluator, statement: nodes.Statement, instance: Instance) ->
             ev.report(mistake)
     elif speaks_of_run(statement) or (not top and isinstance(statement, nodes.RequireMonitor | nodes.TerminateAfter)):
         instance.rules.append(statement)
+    elif not top and not instance.present and (made := _made_by(statement)) is not None:
+        _make_or_wait(ev, statement, made, instance)
     else:
         run_statement(ev, statement)
+
+
+def _made_by(statement: nodes.Statement) -> nodes.New | None:
+    """Return the `new` of a statement that makes an object."""
+    value = statement.value if isinstance(statement, nodes.Assign | nodes.ExpressionStatement) else None
+    return value if isinstance(value, nodes.New) and value.class_name not in PLACES else None
+
+
+def _make_or_wait(ev: Evaluator, statement: nodes.Statement, made: nodes.New, instance: Instance) -> None:
+    """Make an object with the scene, or, if its place depends on where others are by then, when the scenario starts."""
+    built, before = ev.run.built, Rewind(ev.run)
+    built.may_appear = True
+    try:
+        run_statement(ev, statement)
+        return
+    except NeedsRun:
+        before.restore()
+    finally:
+        built.may_appear = False
+    names = statement.targets if isinstance(statement, nodes.Assign) else ()
+    built.appearing = instance.entering
+    try:
+        with ev.naming(names[0] if names else ""):
+            value = ev.at_moment(Moment(running=True, scenario=instance)).evaluate(made)
+        instance.names.update(dict.fromkeys(names, value))
+    except Mistake as mistake:
+        ev.report(mistake)
+        instance.names.update(dict.fromkeys(names, POISON))
+    finally:
+        built.appearing = None
 
 
 def number(run: VariantState) -> None:

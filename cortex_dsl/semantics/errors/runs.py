@@ -191,11 +191,17 @@ MADE_AGAIN = Problem(
     "all objects of a run are known before it begins",
     "start it outside the loop, or make its objects in the scenario that starts it and pass them as arguments",
 )
+TOO_MANY_APPEAR = Problem(
+    "SCN661",
+    "more than {limit} objects appear during the run",
+    "each has a behavior of its own in the program; a behavior may make an object that makes another one",
+    "let fewer objects appear, or a smaller `late` of `simulation`",
+)
 LATER_PLACE = Problem(
     "SCN654",
     "where `{name}` will be when this scenario starts is not known",
     "objects are placed before the run, and this scenario may start later",
-    "place the object by the road, or start the scenario first in `compose`",
+    "place the object itself so, as in `new Car ahead of {name} by 9 m`, or start the scenario first in `compose`",
 )
 SCENARIO_CYCLE = Problem(
     "SCN655",

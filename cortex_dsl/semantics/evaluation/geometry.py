@@ -42,6 +42,7 @@ from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.errors import Signal
 from engine.road.network import Intersection, Lane
 from engine.vehicles import VIEW_DISTANCE
 from engine.vocabulary import State
@@ -58,6 +59,10 @@ def current_pose(ev: Evaluator, actor: Actor) -> Pose:
     return Pose(x, y, heading)
 
 
+class NeedsRun(Signal):
+    """The place of an object depends on where others are when its scenario starts."""
+
+
 def check_settled(ev: Evaluator, actor: Actor) -> None:
     """Refuse to read the start of an object for a scenario that starts later.
 
@@ -67,6 +72,8 @@ def check_settled(ev: Evaluator, actor: Actor) -> None:
     scenario = ev.moment.scenario
     if actor.scenario is not None and actor.scenario is scenario and not ev.moment.later:
         return
+    if scenario is not None and not scenario.present and ev.run.built.may_appear:
+        raise NeedsRun
     if ev.moment.later or (scenario is not None and not scenario.present):
         started = () if scenario is None or scenario.span is None else (Label(scenario.span, "started here"),)
         raise LATER_PLACE.mistake(ev.algebra.span, name=actor.name, secondary=started)

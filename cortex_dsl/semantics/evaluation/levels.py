@@ -57,14 +57,18 @@ def lanes_of_level(ev: Evaluator, value: Value, span: Span) -> tuple[Lane, ...]:
     raise WRONG_KIND.mistake(span, what="`level`", expected="a road or a lane", actual=kind_name(element), cure=cure)
 
 
+def lanes_in(value: Value) -> tuple[Lane, ...]:
+    """Return the lanes that a `level` property holds; () without one."""
+    return tuple(each for each in value if isinstance(each, Lane)) if isinstance(value, tuple) else ()
+
+
 def require_level(ev: Evaluator, actor: Actor, span: Span) -> None:
     """Require that an object begins near the road on whose level it is."""
-    lanes = actor.properties.get("level")
-    if not isinstance(lanes, tuple):
+    lanes = lanes_in(actor.properties.get("level"))
+    if not lanes:
         return
     near: Term = ev.algebra.truth(False)
     for lane in lanes:
-        assert isinstance(lane, Lane)
         near = near | (region_distance(float(lane.region), actor.pose.x, actor.pose.y) <= BESIDE)
     name = f"{actor.name} is not more than {BESIDE:g} m from the road of its level"
     ev.run.built.requirements.append(ir.Requirement(near, 1.0, name, ev.facts.line(span)))

@@ -16,21 +16,24 @@ from cortex_dsl.semantics.errors.scene import (
 )
 from cortex_dsl.semantics.errors.values import BESIDE_THE_ROAD
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
-from cortex_dsl.semantics.evaluation.doors import add_doors
+from cortex_dsl.semantics.evaluation.appearing import appear, check_count
+from cortex_dsl.semantics.evaluation.doors import add_doors, opens_door
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
-from cortex_dsl.semantics.evaluation.levels import along_nearest, lower_lanes, require_level
-from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class
+from cortex_dsl.semantics.evaluation.levels import along_nearest, lanes_in, lower_lanes, require_level
+from cortex_dsl.semantics.evaluation.making import ObjectBuilder, checked, own_class
 from cortex_dsl.semantics.evaluation.mutation import mutated, record
+from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_origin, within
 from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.evaluation.streets import walkable
 from cortex_dsl.semantics.model.areas import Area
-from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
     Actor,
     Cell,
+    ClassValue,
     DirectionField,
     Pose,
     Quantity,
@@ -43,6 +46,7 @@ from cortex_dsl.semantics.model.values import (
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.properties import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES, PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
+from cortex_dsl.semantics.quantities.units import SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -76,18 +80,21 @@ def new(ev: Evaluator, node: nodes.New) -> Value:
             suggestion=did_you_mean(node.class_name, known)
             or "as in `new Car`; for something that stands still and is not a vehicle, `new Obstacle`",
         )
-    if ev.moment.running or ev.moment.later:
+    kind = ACTOR_KINDS.get(node.class_name) if own is None else own.kind
+    late = ev.run.built.appearing is not None and ev.moment.running and kind is not None
+    if (ev.moment.running or ev.moment.later) and not late:
         raise NOT_SUPPORTED.mistake(
             node.span,
-            what="objects cannot be made during the run",
-            reason="",
-            cure="make it outside the behavior, at the top level or in a `setup`",
+            what="no object can be made here during the run",
+            reason="in behaviors and in `compose`, `new` is a statement of its own, or what a name is given",
+            cure="as in `new Car ahead of self by 10 m`; make places before the run",
         )
     sorted_ = _sorted(node)
-    kind = ACTOR_KINDS.get(node.class_name) if own is None else own.kind
     if kind is None:
         return _new_place(ev, node, sorted_)
     builtin = node.class_name if own is None else (own, *own.bases)[-1].node.base
+    if late:
+        return _new_late(ev, node, sorted_, kind, own, builtin)
     return _new_actor(ev, node, sorted_, ObjectBuilder(ev, kind, own, builtin, sorted_.properties))
 
 
@@ -254,6 +261,89 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: SpecifierGroups, making: O
     return actor
 
 
+def _new_late(
+    ev: Evaluator,
+    node: nodes.New,
+    found: SpecifierGroups,
+    kind: ActorKind,
+    own: ClassValue | None,
+    builtin: str | None,
+) -> Value:
+    """An object that appears during the run; its place, speed and behavior are those of that moment."""
+    named = ev.run.assigning
+    if named == "ego" or (ev.moment.repeated and named):
+        raise NOT_SUPPORTED.mistake(
+            node.span,
+            what="the ego appears with the scene" if named == "ego" else "an object of a loop has no name",
+            reason="" if named == "ego" else "each time another object appears",
+            cure="make it before the run" if named == "ego" else "write `new` alone, and `with behavior` what it does",
+        )
+    if found.sights:
+        raise NOT_SUPPORTED.mistake(node.span, what="`visible` beside another place", reason="", cure="leave it out")
+    then = {each.property: each for each in found.properties if each.property in ("speed", "behavior")}
+    settled = ev.at_moment(Moment(scenario=ev.moment.scenario, later=True))
+    others = [each for each in found.properties if each.property not in then]
+
+    def make() -> tuple[Actor, Pose, Term]:
+        making = ObjectBuilder(settled, kind, own, builtin, others)
+        zero = ev.algebra.literal(0.0)
+        making.posed = lambda: Pose(zero, zero, zero)
+        with ev.naming(""):
+            properties = dict(making.properties())
+        if "behavior" in then:
+            value = ev.evaluate(then["behavior"].value)
+            span = then["behavior"].value.span
+            properties["behavior"] = checked(ev, "behavior", value, span, may_act=making.may_act)
+        if opens_door(ev, properties.get("behavior")):
+            reason = "its doors would have to appear with it"
+            cure = "place it before the run, or in the setup of a scenario"
+            raise NOT_SUPPORTED.mistake(
+                node.span, what="an object that appears opens no door", reason=reason, cure=cure
+            )
+        speed = making.number("speed")
+        if "speed" in then:
+            span = then["speed"].value.span
+            speed = in_range(
+                ev, adopt(ev, ev.evaluate(then["speed"].value), SPEED, span, "`speed`"), PROPERTIES["speed"], span
+            )
+        placing = ObjectBuilder(ev, kind, own, builtin, others)
+        placing.values = {**properties, "speed": speed}
+        placed: list[Placement] = []
+        pose = _actor_pose(placing, node, replace(found, properties=others), "", placed)
+        properties["speed"] = zero
+        actor = _late_actor(ev, node, named or f"{kind.name.lower()}", kind, properties, making)
+        actor.pose = Pose(zero, zero, zero)
+        _require_of(ev, actor, placed[0], node)
+        return actor, pose, speed
+
+    anywhere = ObjectBuilder(settled, kind, own, builtin, others).lies_anywhere()
+    return appear(ev, node, make, on_road=kind not in OFF_ROAD and not anywhere)
+
+
+def _late_actor(
+    ev: Evaluator, node: nodes.New, name: str, kind: ActorKind, properties: dict[str, Value], making: ObjectBuilder
+) -> Actor:
+    """Return the actor of a `new` that is met: a further one, or the same as when behaviours were written before."""
+    built = ev.run.built
+    if built.late_met < len(built.late):
+        actor = built.late[built.late_met]
+        assert actor.span == node.span
+        actor.properties = properties
+    else:
+        check_count(node.span, built.late)
+        zero = ev.algebra.literal(0.0)
+        index, built.numbered = built.numbered, built.numbered + 1
+        actor = Actor(index, _unique(ev, name), kind, node.span, Pose(zero, zero, zero), properties, plain=making.plain)
+        actor.builtin, actor.classes, actor.late = making.builtin or "Object", making.classes, True
+        _let_change(ev, actor)
+        built.actors.append(actor)
+        built.late.append(actor)
+        if ev.moment.scenario is not None:
+            ev.moment.scenario.actors.append(actor)
+    built.late_met += 1
+    return actor
+
+
 def _pose_or_anywhere(ev: Evaluator, making: ObjectBuilder, node: nodes.New, placed: list[Placement]) -> Pose:
     """Return the pose of an object; after a mistake, report it and return the middle of the map.
 
@@ -347,7 +437,7 @@ def _on_level(
     """Head a vehicle along the road of its level. Without a heading of its own it takes the lower one of two."""
     free = not found.facings and found.settled is None
     if making.has("level"):
-        lanes = making.get("level")
+        lanes = lanes_in(making.get("level"))
     elif free and placement.heading is None:
         lanes = making.values["level"] = lower_lanes(making.ev, name, placement.point, node.span)
     else:

@@ -493,6 +493,18 @@ class Built:
     """Locals of the warnings of actors, by number."""
     local_count: int = 0
     scope_count: int = 0
+    appearing: list[ir.Act] | None = None
+    """Acts of the objects that the present statement lets appear; None where no object can appear."""
+    may_appear: bool = False
+    """Whether an object of a scenario that starts later may wait for its place until then (`NeedsRun`)."""
+    late: list[Actor] = field(default_factory=list)
+    """Objects that appear during the run, in the order in which their `new` is met."""
+    late_met: int = 0
+    """Number of those that were met since behaviours are written again."""
+    late_limit: int = 4
+    """Number of objects of one `new` in a loop: `simulation(late=N)`."""
+    late_rules: dict[tuple[Span, str], int] = field(default_factory=dict)
+    """Number of each condition of objects that appear, among those of its place."""
 
 
 @dataclass

@@ -276,9 +276,15 @@ class Actor:
     cells: "dict[str, Cell]" = field(default_factory=dict)  # its own properties that the run may change
     builtin: str = ""  # the class of the language that it is of
     classes: "tuple[ClassValue, ...]" = ()  # those of the file that it is of, nearest first
+    late: bool = False  # a `new` of the run lets it appear
     doors: "dict[str, Door]" = field(default_factory=dict)
     """Doors that its behavior opens, by side."""
     door_of: "Actor | None" = None
+
+    @property
+    def present(self) -> bool:
+        """Return whether it is there from the start."""
+        return not self.late and (self.scenario is None or self.scenario.present)
 
 
 @frozen_identity
@@ -382,6 +388,8 @@ class Instance:
     """Whether it surely starts with the run, its objects with it."""
     rules: list[nodes.Statement] = field(default_factory=list)
     """Statements of its setup that speak of the run."""
+    entering: list[ir.Act] = field(default_factory=list)
+    """Acts of its objects whose places are worked out when it starts."""
 
     @property
     def ego(self) -> Actor | None:

@@ -89,26 +89,23 @@ class Strip:
     def cut(self, spacing: float) -> tuple[Floats, Floats]:
         """Return both bounds with further points, so that none are farther apart than `spacing` [m]."""
         longest = max(float(np.hypot(*np.diff(each[:, :2], axis=0).T).max()) for each in (self.left, self.right))
-        shares = np.arange(len(self.left), dtype=np.float64)
+        shares: Floats = np.arange(len(self.left), dtype=np.float64)
         count = max(1, math.ceil(longest / spacing))
-        places = np.linspace(0.0, shares[-1], (len(shares) - 1) * count + 1)
-        left, right = (
-            np.column_stack([np.interp(places, shares, column) for column in each.T])
-            for each in (self.left, self.right)
-        )
-        return left, right
+        places: Floats = np.linspace(0.0, float(shares[-1]), (len(shares) - 1) * count + 1)
+        return _interpolated(places, shares, self.left), _interpolated(places, shares, self.right)
+
+
+def _interpolated(places: Floats, shares: Floats, line: Floats) -> Floats:
+    """Return the points of a polyline (n, 3) at some places."""
+    return np.column_stack([np.interp(places, shares, line[:, column]) for column in range(line.shape[1])])
 
 
 def strip_of(lanelet: Lanelet) -> Strip:
     """Return a lanelet with the points of each bound on the other one, too, at the same share of its length."""
-    shares = [_shares(each) for each in (lanelet.left, lanelet.right)]
-    places = np.unique(np.concatenate(shares))
-    places = places[np.concatenate([[True], np.diff(places) > 1e-9])]
-    left, right = (
-        np.column_stack([np.interp(places, own, column) for column in line.T])
-        for own, line in zip(shares, (lanelet.left, lanelet.right), strict=True)
-    )
-    return Strip(lanelet, left, right)
+    left, right = _shares(lanelet.left), _shares(lanelet.right)
+    places: Floats = np.unique(np.concatenate([left, right]))
+    places = places[np.concatenate([[True], np.diff(places) > SHORT])]
+    return Strip(lanelet, _interpolated(places, left, lanelet.left), _interpolated(places, right, lanelet.right))
 
 
 def _shares(line: Floats) -> Floats:

@@ -77,7 +77,7 @@ def contents_of(path: str, digest: str) -> Contents:
 
 
 def stored(name: str, code: Sequence[Path], read: Callable[[], Contents]) -> Contents:
-    """Return what `read` returns, from the cache if it was stored under this name by the same code and libraries."""
+    """Return the result of `read`, from the cache if it was stored under this name by the same code and libraries."""
     libraries = (version(library) for library in ("numpy", "shapely"))
     key = sha256("\0".join([name, *libraries, fingerprint(code)]).encode()).hexdigest()
     entry = cached_file(f"roads-{key[:24]}.bin", FAMILY)
