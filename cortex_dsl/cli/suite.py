@@ -125,7 +125,7 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
     from cortex_dsl.api.limits import budget_of
     from cortex_dsl.api.suite_cells import RUNS, SuitePlan
     from cortex_dsl.api.suites import run_plan
-    from cortex_dsl.report.gates.suite_workbook import filled, template_of
+    from cortex_dsl.report.gates.suite_workbook import template_of
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
     from cortex_dsl.report.terminal.gate_view import GateProgress
     from engine.search.store import new_directory
@@ -136,7 +136,8 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
             f"`{options.ego}` is a {side.kind} and no driver", "name python:..., process:..., or a behavior"
         )
     check_output(options.junit)
-    book = None if options.workbook is None else template_of(options.workbook)
+    if options.workbook is not None:
+        template_of(options.workbook)  # before any cell is run
     if options.out is not None:
         new_directory(options.out)
     plan = SuitePlan(
@@ -157,15 +158,7 @@ def _run(suite: "Suite", options: argparse.Namespace, terminal: Terminal) -> "Su
                     print_diagnostics(group.source, group.diagnostics, terminal.err)
 
         prepare = compiling(progress, terminal)
-        report = run_plan(suite, plan, on_group, progress.on_runs, prepare, _command(options))
-    workbook: Path | None = options.workbook
-    out: Path | None = options.out
-    if book is not None and workbook is not None and out is not None:
-        content, count = filled(book, report)
-        place_files(out, {workbook.name: content}, force=True)
-        if not options.json:
-            terminal.out.print(f"{count} choices of the workbook: {out / workbook.name}\n", soft_wrap=True)
-    return report
+        return run_plan(suite, plan, on_group, progress.on_runs, prepare, _command(options))
 
 
 def _driver_words(options: argparse.Namespace) -> list[str]:
@@ -185,6 +178,7 @@ def _write(report: "SuiteReport", options: argparse.Namespace, started: float) -
     from cortex_dsl.report.documents import document
     from cortex_dsl.report.findings.suite_report import suite_content, suite_rows
     from cortex_dsl.report.gates.suite_junit import suite_junit_text
+    from cortex_dsl.report.gates.suite_workbook import filled, template_of
     from cortex_dsl.report.page.suite_page import suite_page
 
     if options.junit is not None:
@@ -204,6 +198,9 @@ def _write(report: "SuiteReport", options: argparse.Namespace, started: float) -
     for name, content in files.items():
         path: Path = options.out / name
         place_files(path.parent, {path.name: content}, force=True)
+    workbook: Path | None = options.workbook
+    if workbook is not None:
+        place_files(options.out, {workbook.name: filled(template_of(workbook), report)}, force=True)
 
 
 def _show_end(report: "SuiteReport", options: argparse.Namespace, terminal: Terminal) -> None:

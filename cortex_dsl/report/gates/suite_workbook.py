@@ -54,8 +54,8 @@ def _first_two(sheet: Any) -> Iterator[tuple[Any, Any]]:
         yield row[0], row[1] if len(row) > 1 else None
 
 
-def filled(book: Any, report: SuiteReport) -> tuple[bytes, int]:
-    """Return the workbook with the colours of the cells, and the number of choices that were filled.
+def filled(book: Any, report: SuiteReport) -> bytes:
+    """Return the workbook with the colours of the cells.
 
     A cell that is not run is red, as in the points. Other choices, such as layers of robustness, stay as they are.
 
@@ -68,7 +68,7 @@ def filled(book: Any, report: SuiteReport) -> tuple[bytes, int]:
         raise WorkbookError(f"no cell of `{report.suite}` is in the workbook", "fill that of euroncap-2026")
     content = io.BytesIO()
     book.save(content)
-    return content.getvalue(), count
+    return content.getvalue()
 
 
 def _fill(sheet: Any, colours: Mapping[str, Colour]) -> int:
