@@ -488,7 +488,7 @@ ISO_34505 = (
 
 
 def audit_content(report: AuditReport) -> dict[str, Any]:
-    """Return the report as a document; equal commands give equal documents, but for `effort` of a search."""
+    """Return the report as a document; equal commands give equal documents, but for `effort`."""
     return {
         "audit_schema_version": AUDIT_SCHEMA_VERSION,
         "case": {

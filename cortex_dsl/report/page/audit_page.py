@@ -196,7 +196,7 @@ def _sources(report: AuditReport) -> Element:
     return element(
         "section",
         element("h2", "Sources"),
-        element("p", "The same commands give the same numbers.", class_="note"),
+        element("p", "The same commands give the same numbers, but for the computing time.", class_="note"),
         element("ol", [_source(*pair) for pair in zip(LETTERS, report.sources, strict=False)]),
         element("p", LIMITS, " ", prose(ISO_34505), class_="note"),
         element("p", "All numbers, digests and reasons: ", element("code", "audit.json"), class_="note"),
