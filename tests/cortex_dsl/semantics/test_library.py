@@ -14,21 +14,25 @@ from engine.kernels import steering
 from engine.tables import Floats
 
 SCENE = """
-map intersection(approach=60 m, lanes=2)
+map intersection(approach=60 m, lanes=2{streets})
 turn = filter(lambda m: m.type is ManeuverType.LEFT_TURN, intersection.maneuvers)[0]
 across = filter(lambda m: m.type is ManeuverType.STRAIGHT, turn.conflictingManeuvers)[0]
 ego = new Car before intersection by 40 m along turn, with speed 9 m/s,
     with behavior FollowTrajectoryBehavior(9 m/s, turn)
-driver = new Car before intersection by 30 m along across, with speed 9 m/s,
-    with behavior {driver}
+driver = {driver}
 terminate after 8 s
 """
+CAR = "new Car before intersection by 30 m along across, with speed 9 m/s, with behavior {}"
+PERSON = "new Pedestrian at (20 m, 30 m), with regionContainedIn None, with behavior {}"
+ON_FOOT = ("UseCrossingBehavior", "WalkAlongBehavior")
 NEEDED = {
     "trajectory": "across",
     "behavior": "FollowTrajectoryBehavior(9 m/s, across)",
     "speed": "9 m/s",
     "laneSectionToSwitch": "across.startLane",
     "reference_actor": "ego",
+    "crossing": "intersection.crossings[0]",
+    "sidewalk": "network.sidewalks[0]",
     "x": "0.4",
     "distance": "3 m",
     "deceleration": "2 m/s^2",
@@ -49,7 +53,9 @@ DEFAULTS = [
 def driven(behaviour: str, *more: str) -> Scenario:
     rows = BUILTINS[behaviour].parameters
     needed = [f"{p.name}={NEEDED[p.name]}" for p in rows if p.default is None or p.name == "trajectory"]
-    return compile_text(SCENE.format(driver=f"{behaviour}({', '.join((*needed, *more))})"))
+    driver, streets = (PERSON, ", sidewalk=2 m, crossings=True") if behaviour in ON_FOOT else (CAR, "")
+    call = f"{behaviour}({', '.join((*needed, *more))})"
+    return compile_text(SCENE.format(driver=driver.format(call), streets=streets))
 
 
 def states(scenario: Scenario) -> Floats:
