@@ -18,6 +18,7 @@ import pytest
 from cortex_dsl.api.suite_tables import Group, suite_of
 from cortex_dsl.api.suites import run_suite
 from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
+from cortex_dsl.report.gates.suite_workbook import filled, template_of
 from engine.gates.ratings import COLOURS, EXTENDED, STANDARD, Colour
 from tests.laws import share
 
@@ -112,17 +113,30 @@ def test_the_points_of_a_run_are_those_of_the_calculator(judge: Judge) -> None:
         assert points == pytest.approx(tuple(theirs[name]), abs=1e-9), name
 
 
+def filled_from(report: SuiteReport, template: Path, folder: Path) -> Path:
+    """Return a copy of the template with the colours of a report."""
+    path = folder / template.name
+    path.write_bytes(filled(template_of(template), report))
+    return path
+
+
 def test_a_filled_workbook_has_the_points_of_the_report(
-    judge: Callable[..., Any], template: Path, cortexc: Callable[..., Any], tmp_path: Path
+    judge: Callable[..., Any], template: Path, tmp_path: Path
 ) -> None:
-    """The calculator reads the colours of a run from its own template, filled by `--workbook`."""
+    """The calculator reads the colours of a run from its own template."""
     pytest.importorskip("openpyxl")
     driver = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(EGO_SPEED, EGO_PATH), delay=0.1 s)"
-    out = tmp_path / "out"
-    words = ("suite", "euroncap-2026", "--ego", driver, "--budget", "1", "--json")
-    result = cortexc(*words, "--workbook", str(template), "--out", str(out))
-    (theirs,) = judge([{}], out / template.name)
-    for group in result.document["groups"]:
-        if group["points"]:
-            ours = tuple(group["points"].get(name) or 0.0 for name in (STANDARD, EXTENDED))
-            assert ours == pytest.approx(tuple(theirs[group["name"]]), abs=1e-9), group["name"]
+    report = run_suite("euroncap-2026", driver, budget=1)
+    (theirs,) = judge([{}], filled_from(report, template, tmp_path))
+    for name, points in ours(replace(report, entry=())).items():
+        assert points == pytest.approx(tuple(theirs[name]), abs=1e-9), name
+
+
+def test_a_part_of_a_suite_fills_its_cells_alone(template: Path, tmp_path: Path) -> None:
+    """Choices of other cells stay empty."""
+    openpyxl = pytest.importorskip("openpyxl")
+    report = run_suite("euroncap-2026", "EmergencyBrakeBehavior", budget=1, only=["CCRs/20/50"])
+    books = (template, filled_from(report, template, tmp_path))
+    sheets = [openpyxl.load_workbook(each)["FC - Car & PTW pred."] for each in books]
+    before, after = ({cell.coordinate: cell.value for row in sheet for cell in row} for sheet in sheets)
+    assert {place: after[place] for place in after if after[place] != before[place]} == {"G4": "Green"}

@@ -62,7 +62,7 @@ def filled(book: Any, report: SuiteReport) -> bytes:
     Raises:
         WorkbookError: no cell of the suite is in the workbook.
     """
-    colours = {cell.id: cell.colour or Colour.RED for group in report.groups if group.points for cell in group.cells}
+    colours = {cell.id: cell.colour or Colour.RED for cell in report.cells}
     count = sum(_fill(book[name], colours) for name in SHEETS)
     if count == 0:
         raise WorkbookError(f"no cell of `{report.suite}` is in the workbook", "fill that of euroncap-2026")
