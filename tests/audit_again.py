@@ -258,7 +258,7 @@ def of_suite(folder: Path, numbers: dict[str, Any]) -> Numbers:
     if numbers["exposure"]["available"]:
         weights = {row["cell"]: float(row["weight"]) for row in table(folder / Path(numbers["exposure"]["file"]).name)}
         found |= of_exposure(
-            [(int(row["runs"]), int(row["failures"]), 0, weights.get(row["cell"], 0.0)) for row in drawn]
+            [(int(row["runs"]), int(row["failures"]), 0, weights.get(row["cell"], 0.0)) for row in rows]
         )
     drivers = list(rows[0])[list(rows[0]).index("source") + 1 :]
     judged = [row for row in rows if any(row[name] for name in drivers)]
@@ -322,7 +322,7 @@ def of_comparison(folder: Path, numbers: dict[str, Any]) -> Numbers:
             a, b = ([row[f"{column}_{side}"] == "1.0" for row in valid] for side in "ab")
             prefix = f"{name}: " if len(paths) > 1 else ""
             events += [
-                (f"{prefix}{title}, A", sum(a), len(valid), 0),
+                (f"{prefix}{title}, A", sum(a), len(valid), lost),
                 (f"{prefix}{title}, B", sum(b), len(valid), lost),
             ]
             only_b = sum(two and not one for one, two in zip(a, b, strict=True))
@@ -358,8 +358,14 @@ def of_coverage(folder: Path, numbers: dict[str, Any]) -> Numbers:
     rows = table(folder / "cells.csv")
     domains = list(rows[0])[: list(rows[0]).index("state")]
     covered = [row for row in rows if row["state"] == "covered"]
+    document = json.loads((folder / "coverage.json").read_text(encoding="utf-8"))
+    lost = document["lost_by_driver"]
     counts = {
-        ", ".join(f"{name} {row[name]}" for name in domains if row[name]): (int(row["runs"]), int(row["failures"]), 0)
+        ", ".join(f"{name} {row[name]}" for name in domains if row[name]): (
+            int(row["runs"]),
+            int(row["failures"]),
+            lost,
+        )
         for row in covered
     }
     found = of_cells(counts, numbers["failures"]["cells"])
@@ -372,9 +378,8 @@ def of_coverage(folder: Path, numbers: dict[str, Any]) -> Numbers:
             if {name for name in domains if row[name]} == set(names)
         }
         found |= of_exposure(
-            [(*own.get(tuple(row[n] for n in names), (0, 0)), 0, float(row["weight"])) for row in weights]
+            [(*own.get(tuple(row[n] for n in names), (0, 0)), lost, float(row["weight"])) for row in weights]
         )
-    document = json.loads((folder / "coverage.json").read_text(encoding="utf-8"))
     found["effort.simulations"] = document["draws"] + document["lost"]
     return found | of_effort(folder)
 

@@ -69,6 +69,8 @@ from engine.vocabulary import Blame, EndReason, Sense, Verdict
 DRAWS, COLLISIONS, CASES = "audit-draws.csv", "audit-collisions.csv", "audit-cases.csv"
 """Tables beside the page: independent draws, collisions with their verdicts, worst cases."""
 START = "start"
+OF_DRAWS = (Topic.FAILURES, Topic.EXPOSURE, Topic.PROBABILITY, Topic.UNSEEN)
+"""Numbers that come from independent draws."""
 MOST_PRODUCT = 100_000
 """Cells of a product of domains under an exposure at most."""
 
@@ -223,7 +225,7 @@ class _RunAudit:
         cure = f"`cortexc {as_argument(Path(without_folders(self.manifest.file)))} --random` draws them"
         if self.exposure is not None:
             raise ArgumentError(f"--exposure weights independent draws: {reason}", cure)
-        return [missing(topic, f"{reason}; {cure}") for topic in tuple(Topic)[:4]]
+        return [missing(topic, f"{reason}; {cure}") for topic in OF_DRAWS]
 
     @cached_property
     def draws(self) -> _Draws | None:
@@ -338,12 +340,16 @@ class _RunAudit:
         if exposure is None:
             how = "--exposure FILE gives a weight to each cell of the `domain` lines"
             return missing(Topic.EXPOSURE, f"no exposure is given; {how}")
-        if not names:
+        declared = {each.name for each in self.scenario.compiled.scenario.domains}
+        if not declared:
             what = f"`{exposure.path}` weights cells, but {without_folders(self.manifest.file)} has no `domain` lines"
             raise ArgumentError(what, "write `domain` lines into the file, and search again")
         for name in exposure.columns:
+            if name in declared - names.keys():
+                what = f"`{exposure.path}` weights cells of `{name}`: {'; '.join(domains.remarks)}"
+                raise ArgumentError(what, "give the driver: --ego python:package.module:function")
             if name not in names:
-                there = ", ".join(f"`{each}`" for each in names)
+                there = ", ".join(f"`{each.name}`" for each in self.scenario.compiled.scenario.domains)
                 raise ArgumentError(f"`{exposure.path}`, line 1: there is no domain `{name}`", f"there are {there}")
         numbers = [names[name] for name in exposure.columns]
         sizes = [len(domains.domains[number].cells) for number in numbers]

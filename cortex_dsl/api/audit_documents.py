@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from shlex import join, split
 from typing import Any
 
 from cortex_dsl.api.exposure import Exposure
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.blocks import Value
-from cortex_dsl.report.documents import SCHEMA_VERSION
+from cortex_dsl.report.documents import EFFORT, SCHEMA_VERSION
 from cortex_dsl.report.findings.audit_report import (
     SHOWN,
     AuditReport,
@@ -43,8 +44,6 @@ from engine.errors import ArgumentError, UnreadableFileError
 from engine.search.store import without_folders
 
 SUITE, COMPARE, COVERAGE, TEST = "suite", "compare", "coverage", "test"
-EFFORT = "effort.json"
-"""File of a folder with versions, platform and computing time."""
 NO_MECHANISMS = "runs of a {} have no kinds of collisions; a search by `cortexc FILE --random` counts them"
 NO_TOLERANCES = "there are no tolerances; `cortexc suite` finds it for each cell of a suite"
 NO_CASES = "`cortexc verify RUN --model dynamic` repeats the worst cases of a search"
@@ -174,7 +173,7 @@ def _source(found: Document, command: str, digests: Mapping[str, str], *tables: 
 
 def without_folders_of(command: str) -> str:
     """Return a command without the folders of this computer."""
-    return " ".join(map(without_folders, command.split(" ")))
+    return join(map(without_folders, split(command)))
 
 
 def _platform(found: Document) -> str:
@@ -235,18 +234,18 @@ def _suite(found: Document, exposure: Exposure | None, command: str) -> AuditRep
     groups, driver = content["groups"], without_folders(content["driver"])
     cells = [cell for group in groups for cell in group["cells"]]
     source = _source(found, command, {group["file"]: group["digest"] for group in groups if group["digest"]})
-    drawn = [cell for cell in cells if cell["probability"]["runs"]]
-    counts = [Cell(cell["id"], cell["probability"]["runs"], cell["probability"]["failures"]) for cell in drawn]
+    every = [Cell(cell["id"], cell["probability"]["runs"], cell["probability"]["failures"]) for cell in cells]
+    counts = [cell for cell in every if cell.draws]
     nothing = "no cell has runs within tolerances"
     findings = [
         failures_finding(counts, "a test within the tolerances that is red", source)
-        if drawn
+        if counts
         else missing(Topic.FAILURES, nothing),
-        _weighted(exposure, ["cell"], [((cell.name,), cell) for cell in counts], source)
-        if drawn
+        _weighted(exposure, ["cell"], [((cell.name,), cell) for cell in every], source)
+        if counts
         else _without_exposure(found, exposure, nothing),
         probability_finding([Event(cell.name, cell.failures, cell.draws) for cell in counts], source)
-        if drawn
+        if counts
         else missing(Topic.PROBABILITY, nothing),
         missing(Topic.UNSEEN, NO_MECHANISMS.format("suite")),
         _suite_verdicts(cells, source),
@@ -365,12 +364,14 @@ def _compare(found: Document, exposure: Exposure | None, command: str) -> AuditR
     random = [file for file in files if file["independent"] and not file["kept"]]
     fixed = [file for file in random if file["max_new"] is None]
     cells = [((without_folders(file["path"]),), _cell_of_b(file)) for file in fixed]
+    empty = [file for file in content["files"] if not file["valid"]]
+    weighted = [*cells, *(((without_folders(each["path"]),), _cell_of_b(each)) for each in empty)]
     reason = next((file["no_test"] for file in files if file["no_test"]), "no pair is an independent draw")
     findings = [
         failures_finding([cell for _, cell in cells], "B breaks a condition", source)
         if cells
         else missing(Topic.FAILURES, reason),
-        _weighted(exposure, ["file"], cells, source) if cells else _without_exposure(found, exposure, reason),
+        _weighted(exposure, ["file"], weighted, source) if cells else _without_exposure(found, exposure, reason),
         probability_finding(list(_events(random)), source) if random else missing(Topic.PROBABILITY, reason),
         missing(Topic.UNSEEN, NO_MECHANISMS.format("comparison")),
         _contacts(files, source),
@@ -428,8 +429,8 @@ def _events(files: Sequence[Mapping[str, Any]]) -> Iterator[Event]:
         for condition in file["conditions"]:
             table = condition["table"]
             both, valid = table["broken_broken"], file["valid"]
-            for side, alone, lost in (("A", "broken_kept", 0), ("B", "kept_broken", file["lost_by_b"])):
-                yield Event(f"{prefix}{condition['name']}, {side}", both + table[alone], valid, lost)
+            for side, alone in (("A", "broken_kept"), ("B", "kept_broken")):  # a scene that B lost has no pair for A
+                yield Event(f"{prefix}{condition['name']}, {side}", both + table[alone], valid, file["lost_by_b"])
 
 
 def _contacts(files: Sequence[Mapping[str, Any]], source: Provenance) -> Finding:
@@ -523,9 +524,13 @@ def _coverage(found: Document, exposure: Exposure | None, command: str) -> Audit
     domains = content["domains"]
     source = _source(found, command, {content["path"]: content["digest"]})
     drawn = content["method"] == "independent" and content["draws"]
-    reason = (
-        "the scenes are those of a covering array and no independent draws" if content["draws"] else "no run counts"
-    )
+    if not content["draws"]:
+        reason = "no run counts"
+    elif drawn:
+        reason = "no run lies in a cell"
+    else:
+        reason = "the scenes are those of a covering array and no independent draws"
+    lost = _lost(content)
     cells = [
         (
             tuple(cell["domains"]),
@@ -536,7 +541,7 @@ def _coverage(found: Document, exposure: Exposure | None, command: str) -> Audit
         if cell["state"] not in ("impossible", "excluded")
     ]
     counts = [
-        Cell(cell["name"], cell.get("runs", 0), cell.get("failures", 0))
+        Cell(cell["name"], cell.get("runs", 0), cell.get("failures", 0), lost)
         for *_, cell in cells
         if cell["state"] == "covered"
     ]
@@ -552,8 +557,9 @@ def _coverage(found: Document, exposure: Exposure | None, command: str) -> Audit
         step_finding(None, found.version),
         _effort(found, content["draws"] + content["lost"], source),
     ]
+    why = {cell["state"]: cell["reason"] for cell in reversed(content["cells"]) if cell["state"] != "covered"}
     left = [
-        NotRun(f"cells: {state}", next(cell["reason"] for cell in content["cells"] if cell["state"] == state), count)
+        NotRun(f"cells: {state}", why[state], count)
         for state, count in content["counts"].items()
         if count and state != "covered"
     ]
@@ -582,6 +588,11 @@ def _coverage(found: Document, exposure: Exposure | None, command: str) -> Audit
     )
 
 
+def _lost(content: Mapping[str, Any]) -> int:
+    """Return the runs that the driver lost; older documents do not tell them from other runs that do not count."""
+    return int(content.get("lost_by_driver", content["lost"]))
+
+
 def _exposed_coverage(
     found: Document,
     exposure: Exposure | None,
@@ -603,14 +614,11 @@ def _exposed_coverage(
         there = " or ".join(f"`{','.join((*each, 'weight'))}`" for each in columns[:3])
         what = f"`{exposure.path}`, line 1: found `{','.join((*exposure.columns, 'weight'))}`"
         raise ArgumentError(f"{what}, which is no product of this coverage", f"write {there}")
-    chosen = [
-        (
-            texts,
-            Cell(", ".join(texts), cell.get("runs", 0) if cell["state"] == "covered" else 0, cell.get("failures", 0)),
-        )
-        for place, texts, cell in cells
-        if place == wanted
-    ]
+    chosen: list[tuple[tuple[str, ...], Cell]] = []
+    for place, texts, cell in cells:
+        if place == wanted:
+            runs = cell.get("runs", 0) if cell["state"] == "covered" else 0
+            chosen.append((texts, Cell(", ".join(texts), runs, cell.get("failures", 0), _lost(found.content))))
     return _weighted(exposure, exposure.columns, chosen, source)
 
 

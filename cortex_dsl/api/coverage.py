@@ -217,6 +217,7 @@ class _Drawn:
     texts: Mapping[int, str]
     """Event at the end of each valid run, by its row."""
     lost: int
+    lost_by_driver: int
     is_kept: bool
     """True if the file leaves nothing to chance."""
 
@@ -248,7 +249,7 @@ class _Coverage:
         budget, until = self._runs(kept=kept), time.monotonic() + limit.seconds
         parts: list[tuple[Ints, Floats, Ints, Floats, Bools, Floats, Ints]] = []
         texts: dict[int, str] = {}
-        made = valid = 0
+        made = valid = by_driver = 0
         while made < budget and (not made or time.monotonic() < until):
             numbers = np.arange(made + 1, made + min(BLOCK, budget - made) + 1)
             done = drive(scenario, self.driver, self._scenes(numbers, kept=kept, hopeful=valid > 0), self.plan.jobs)
@@ -261,6 +262,7 @@ class _Coverage:
             genomes, keys = done.scenes.genomes[rows], done.scenes.keys[rows]
             parts.append((numbers[rows], genomes, keys, values[rows], failed[rows], severity[rows], ends[rows]))
             made, valid = made + len(numbers), valid + len(rows)
+            by_driver += int((outcomes.verdict == Verdict.CONTROLLER).sum())
             self.on_step("runs", made, budget)
             if not valid and self.tway is None:
                 break
@@ -270,7 +272,8 @@ class _Coverage:
             np.concatenate(each) for each in zip(*parts, strict=True)
         )
         places = self.programs.places(values)
-        return _Drawn(numbers, genomes, keys, values, places, failed, severity, ends, texts, made - valid, kept)
+        lost = made - valid
+        return _Drawn(numbers, genomes, keys, values, places, failed, severity, ends, texts, lost, by_driver, kept)
 
     def _runs(self, *, kept: bool) -> int:
         return len(self.tway.keys) if self.tway is not None else 1 if kept else self.plan.limit.runs
@@ -312,6 +315,7 @@ class _Coverage:
             ways=self.ways,
             draws=len(drawn.numbers),
             lost=drawn.lost,
+            lost_by_driver=drawn.lost_by_driver,
             valueless=valueless,
             failure="a broken `expect`" if self.expects else "a contact of the ego",
             domains=tuple(self._info(each) for each in self.domains),

@@ -1,7 +1,7 @@
 """Exposure: a CSV file with a weight for each cell of a domain, for failure rates as they occur in traffic.
 
 The head names the coordinates of the cells, and `weight` last: `speed,light,weight` for domains of a file,
-`cell,weight` for the cells of a suite, `file,weight` for the files of a comparison or a test.
+`cell,weight` for the cells of a suite, `file,weight` for the files of a comparison.
 """
 
 import csv

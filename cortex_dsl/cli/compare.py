@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.judging import (
-    EFFORT,
     compiling,
     cpu_seconds,
     effort_file,
@@ -55,7 +54,7 @@ def _compare(options: argparse.Namespace, terminal: Terminal) -> int:
             prepare = compiling(progress, terminal)
             report = run_comparison(files, plan, on_file, progress.on_runs, prepare)
         if options.out is not None:
-            written = {**comparison_files(report, options.table), EFFORT: effort_file(started)}
+            written = {**comparison_files(report, options.table), **effort_file(started)}
             for name, content in written.items():
                 path: Path = options.out / name
                 place_files(path.parent, {path.name: content}, force=True)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.judging import EFFORT, command_of, cpu_seconds, effort_file, read_by, usage_errors
+from cortex_dsl.cli.judging import command_of, cpu_seconds, effort_file, read_by, usage_errors
 from cortex_dsl.console.command import DRIVER, JOBS, PARAM, SCENARIO, SEED, Command, Option, driver_words
 from cortex_dsl.console.request import CompileRequest, RunRequest, filled, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -155,8 +155,7 @@ def _write(
     write_output(options.out / TABLE, table.getvalue())
     exchange = json_text(coverage_document(report, odd), indent=2)
     write_output(options.out / f"{Path(report.path).stem}{SUFFIX}", f"{exchange}\n")
-    write_output(options.out / EFFORT, effort_file(started))
-    place_files(options.out, report.files, force=True)
+    place_files(options.out, {**report.files, **effort_file(started)}, force=True)
 
 
 COVERAGE = Command(

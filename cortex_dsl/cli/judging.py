@@ -82,8 +82,6 @@ def print_results(view: "Title", out: Path | None, terminal: Terminal) -> None:
         terminal.out.print(f"results: {out}", style="quiet", soft_wrap=True)
 
 
-EFFORT = "effort.json"
-"""File with the computing time, beside the document of a command."""
 WITHOUT_EFFECT = ("--jobs", "--out", "--junit", "--summary", "--format", "--table")
 """Options with a value that change no result."""
 
@@ -108,14 +106,14 @@ def cpu_seconds() -> float:
     return times.user + times.system + times.children_user + times.children_system
 
 
-def effort_file(started: float) -> bytes:
-    """Return `effort.json`: computing time since `started` (of `cpu_seconds`), versions and platform.
+def effort_file(started: float) -> dict[str, bytes]:
+    """Return `effort.json` by its name: computing time since `started` (of `cpu_seconds`), versions and platform.
 
     It is a file of its own, so that equal commands give equal documents.
     """
     import platform
 
-    from cortex_dsl.report.documents import document
+    from cortex_dsl.report.documents import EFFORT, document
     from engine.search.manifest import versions_of
 
     content = {
@@ -123,7 +121,7 @@ def effort_file(started: float) -> bytes:
         "versions": versions_of(),
         "platform": f"{platform.system()} {platform.machine()}",
     }
-    return f"{document('effort', content)}\n".encode()
+    return {EFFORT: f"{document('effort', content)}\n".encode()}
 
 
 def judged_exit(applies: Mapping[Exit, object], *, interrupted: bool) -> Exit:

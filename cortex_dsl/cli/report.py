@@ -123,23 +123,39 @@ def _open(path: Path, terminal: Terminal) -> None:
 def _audit(options: argparse.Namespace, terminal: Terminal) -> Exit:
     """Write the sheet, its document, and the tables of its numbers."""
     from cortex_dsl.report.documents import document
-    from cortex_dsl.report.findings.audit_report import audit_content
+    from cortex_dsl.report.findings.audit_report import audit_content, with_prefix
     from cortex_dsl.report.page.audit_page import audit_page
     from engine.checksums import stamp, with_checksum
 
     folder: Path = options.run if options.run.is_dir() else options.run.parent
     path: Path = options.out or folder / AUDIT_PAGE
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"--out `{path}` is no page: its document and tables lie beside it", "name it FILE.html")
     check_writable(path, "name another place with --out FILE.html" if options.out is None else "")
     report = _audit_report(options, terminal)
+    name = AUDIT
+    if options.out is not None:
+        report, name = with_prefix(report, path.stem), f"{path.stem}-{AUDIT}"
     text = document("audit", {**stamp(report.journal), **audit_content(report)})
-    files = {path.name: audit_page(report).encode(), **report.tables}
-    files[AUDIT if options.out is None else f"{path.stem}.json"] = with_checksum(f"{text}\n")
+    files = {path.name: audit_page(report, name).encode(), **report.tables, name: with_checksum(f"{text}\n")}
+    evidence = {folder / each for each in report.evidence if each not in report.tables}
+    evidence |= {each for each in (options.run, options.exposure) if each is not None}
+    _refuse_replacing(evidence, [path.parent / each for each in files])
     for name, content in files.items():
         write_output(path.parent / name, content)
         terminal.write(str(path.parent / name))
     if options.open:
         _open(path, terminal)
     return Exit.FINE
+
+
+def _refuse_replacing(evidence: Collection[Path], targets: Sequence[Path]) -> None:
+    """Raise UsageError if a file of a sheet would replace one from which its numbers come."""
+    known = {each.resolve() for each in evidence}
+    for target in targets:
+        if target.resolve() in known:
+            what = f"the sheet would replace `{target}`, from which its numbers come"
+            raise UsageError(what, "name another place with --out FILE.html")
 
 
 def _audit_report(options: argparse.Namespace, terminal: Terminal) -> "AuditReport":
@@ -189,6 +205,7 @@ def _again(options: argparse.Namespace) -> str:
 
     words = ["cortexc", "report", without_folders(str(options.run)), "--audit"]
     words += [] if options.exposure is None else ["--exposure", without_folders(str(options.exposure))]
+    words += [] if options.out is None else ["--out", without_folders(str(options.out))]
     return shlex.join([*words, *driver_words(options.ego, None, None)])
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.cli.judging import (
-    EFFORT,
     check_output,
     compiling,
     cpu_seconds,
@@ -191,7 +190,7 @@ def _write(report: "SuiteReport", options: argparse.Namespace, started: float) -
         PAGE: suite_page(report).encode(),
         DOCUMENT: f"{document('suite', suite_content(report))}\n".encode(),
         TABLE: table.getvalue().encode(),
-        EFFORT: effort_file(started),
+        **effort_file(started),
     }
     for group in report.groups:
         files |= group.files

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 1
 """Rises when a field changes its meaning or goes away; new fields may come at any time."""
+EFFORT = "effort.json"
+"""File beside the document of a command, with versions, platform and computing time."""
 
 
 def document(kind: str, content: Mapping[str, Any]) -> str:

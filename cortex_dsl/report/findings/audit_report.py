@@ -170,6 +170,24 @@ class AuditReport:
         return tuple(found.values())
 
 
+def with_prefix(report: AuditReport, stem: str) -> AuditReport:
+    """Return the report with names of its own tables that begin with `stem`, so that two sheets fit into a folder."""
+    names = {name: f"{stem}-{name}" for name in report.tables}
+
+    def renamed(finding: Finding) -> Finding:
+        if finding.source is None:
+            return finding
+        tables = tuple(names.get(name, name) for name in finding.source.tables)
+        return replace(finding, source=replace(finding.source, tables=tables))
+
+    return replace(
+        report,
+        findings=tuple(map(renamed, report.findings)),
+        tables={names[name]: content for name, content in report.tables.items()},
+        evidence={names.get(name, name): digest for name, digest in report.evidence.items()},
+    )
+
+
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
 

@@ -172,6 +172,8 @@ class CoverageReport:
     cells: tuple[CellResult, ...]
     method: str = INDEPENDENT
     """How the scenes were drawn."""
+    lost_by_driver: int = 0
+    """Lost runs that the driver failed, which may lie in any cell."""
     joint: bool = False
     """True if all intervals hold together with the confidence `LEVEL` (Bonferroni)."""
     remarks: tuple[str, ...] = ()
@@ -297,6 +299,7 @@ def coverage_content(report: CoverageReport) -> dict[str, Any]:
         "ways": report.ways,
         "draws": report.draws,
         "lost": report.lost,
+        "lost_by_driver": report.lost_by_driver,
         "without_value": report.valueless,
         "failure": report.failure,
         "level": LEVEL,

@@ -36,9 +36,9 @@ LIMITS = (
 )
 
 
-def audit_page(report: AuditReport) -> str:
-    """Return the page as text."""
-    parts = _head(report), _numbers(report), _not_run(report), _sources(report)
+def audit_page(report: AuditReport, document: str = "audit.json") -> str:
+    """Return the page as text; `document` is the name of its document."""
+    parts = _head(report), _numbers(report), _not_run(report), _sources(report, document)
     body = element("main", parts, class_="sheet", style=f"font-size:{_type_size(report):.2f}pt")
     content = {"audit": plain(audit_content(report))}
     return page(f"Audit: {report.objective}", body, content, (), report.journal, style(text("audit.css")))
@@ -192,14 +192,14 @@ def _listed(report: AuditReport) -> list[NotRun]:
     return [each for each in report.not_run if each.what not in rows][:NOT_RUN]
 
 
-def _sources(report: AuditReport) -> Element:
+def _sources(report: AuditReport, document: str) -> Element:
     return element(
         "section",
         element("h2", "Sources"),
         element("p", "The same commands give the same numbers, but for the computing time.", class_="note"),
         element("ol", [_source(*pair) for pair in zip(LETTERS, report.sources, strict=False)]),
         element("p", LIMITS, " ", prose(ISO_34505), class_="note"),
-        element("p", "All numbers, digests and reasons: ", element("code", "audit.json"), class_="note"),
+        element("p", "All numbers, digests and reasons: ", element("code", document), class_="note"),
     )
 
 

@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cortex_dsl.api.audit_documents import without_folders_of
 from cortex_dsl.report.findings.audit_report import STEP_BIAS, Topic
 from engine.gates.exposure import CellCount, exposed_rate, upper_bound
 from tests import audit_again
@@ -222,6 +223,29 @@ def test_a_cell_without_draws_counts_in_the_bound_only(copy_of: Callable[[str], 
     assert audit_again.differences(folder, documented()) == []
 
 
+@pytest.mark.parametrize("kind", ["suite", "comparison"])
+def test_a_part_without_runs_keeps_its_weight(copy_of: Callable[[str], Path], tmp_path: Path, kind: str) -> None:
+    """A cell of a suite and a file of a comparison that have no run count as failing always in the bound."""
+    folder = shutil.copytree(copy_of(kind), tmp_path / kind)
+    cells = [each["name"] for each in document(folder)["numbers"]["failures"]["cells"]]
+    path = folder / {"suite": "suite.json", "comparison": "compare.json"}[kind]
+    content = json.loads(path.read_text(encoding="utf-8"))
+    if kind == "suite":
+        name, head = cells.pop(), "cell,weight"
+        idle = next(cell for group in content["groups"] for cell in group["cells"] if cell["id"] == name)
+        idle["probability"] = {**idle["probability"], "runs": 0, "failures": 0}
+    else:
+        name, head = "idle.scn", "file,weight"
+        content["files"].append({**content["files"][0], "path": name, "valid": 0, "changes": [], "conditions": []})
+    path.write_text(json.dumps(content), encoding="utf-8")
+    rows = [f"{each},1" for each in cells]
+    assert audit(folder, "--exposure", weights(folder, head, [*rows, f"{name},{len(cells)}"])) == 0
+    number = document(folder)["numbers"]["exposure"]
+    assert number["rate"] is None
+    assert number["weight_without_draws"] == 0.5
+    assert number["high"] > 0.5
+
+
 @pytest.mark.parametrize(
     ("head", "rows", "said"),
     [
@@ -354,6 +378,81 @@ def test_documents_of_another_version_or_with_damage(
     assert "interrupted" in cautions
 
 
+def test_a_coverage_without_a_run_in_a_cell_says_so(
+    copy_of: Callable[[str], Path], tmp_path: Path, cortexc: Run
+) -> None:
+    """Independent draws in no cell are no covering array; a state without its cell is damage."""
+    folder = shutil.copytree(copy_of("coverage"), tmp_path / "coverage")
+    path = folder / "coverage.json"
+    content = json.loads(path.read_text(encoding="utf-8"))
+    cells = [{**each, "state": "untried", "reason": "no run reached it"} for each in content["cells"]]
+    counts = {**dict.fromkeys(content["counts"], 0), "untried": len(cells)}
+    for method, reason in (("independent", "no run lies in a cell"), ("tway", "covering array")):
+        path.write_text(json.dumps({**content, "method": method, "cells": cells, "counts": counts}), encoding="utf-8")
+        assert audit(folder) == 0
+        assert reason in document(folder)["numbers"]["failures"]["reason"]
+    path.write_text(json.dumps({**content, "counts": {**content["counts"], "rare": 1}}), encoding="utf-8")
+    found = cortexc("report", folder, "--audit")
+    assert found.code == 2
+    assert "is no whole document" in found.said
+
+
+FAILING = """
+import planner
+
+def drive(seen):
+    pedals = planner.drive(seen)
+    pedals[seen[:, 0] > 13.0] = float("nan")
+    return pedals
+"""
+
+
+@pytest.fixture
+def driven_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a file with domains for a driver from outside, `planner`, and `failing`, which fails in some scenes."""
+    own = ROOT / "examples" / "own_driver"
+    lines = ('domain "first" ego.speed at start in 5 m/s steps from 0 m/s to 20 m/s', DOMAIN_AT_END)
+    path = tmp_path / "crossing.scn"
+    path.write_text("\n".join([(own / "crossing.scn").read_text(encoding="utf-8"), *lines, ""]), encoding="utf-8")
+    shutil.copy(own / "planner.py", tmp_path / "planner.py")
+    (tmp_path / "failing.py").write_text(FAILING, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return path
+
+
+DOMAIN_AT_END = 'domain "last" ego.speed at end in 10 m/s steps from 0 m/s to 20 m/s'
+
+
+def test_runs_that_the_driver_lost_count_in_every_bound(driven_file: Path, tmp_path: Path, cortexc: Run) -> None:
+    """Those of a coverage for each cell, those of a comparison for both sides."""
+    words = (driven_file, "--budget", 60, "--out")
+    drivers = ("python:planner:drive", "python:failing:drive")
+    cortexc("coverage", *words, tmp_path / "coverage", "--ego", drivers[1])
+    cortexc("compare", *drivers, *words, tmp_path / "comparison")
+    kept = json.loads((tmp_path / "coverage" / "coverage.json").read_text(encoding="utf-8"))
+    assert 0 < kept["lost_by_driver"] <= kept["lost"]
+    for kind in ("coverage", "comparison"):
+        assert audit(tmp_path / kind) == 0
+        assert audit_again.differences(tmp_path / kind, documented()) == []
+    numbers = document(tmp_path / "coverage")["numbers"]
+    assert {cell["lost"] for cell in numbers["failures"]["cells"]} == {kept["lost_by_driver"]}
+    events = document(tmp_path / "comparison")["numbers"]["probability"]["events"]
+    assert all(event["lost"] > 0 for event in events)
+
+
+def test_an_exposure_of_domains_without_the_driver_asks_for_it(driven_file: Path, tmp_path: Path, cortexc: Run) -> None:
+    """Values after the start need the driver: the cure is not to write domains that the file has."""
+    driver = ("--ego", "python:planner:drive")
+    search = ("--random", "--generations", 1, "--population", 30, "--out", tmp_path / "run")
+    assert cortexc(driven_file, *search, *driver).code == 0
+    path = weights(tmp_path, "last,weight", ["0 to 10 m/s,1", "10 to 20 m/s,1"])
+    found = cortexc("report", tmp_path / "run", "--audit", "--exposure", path)
+    assert found.code == 2
+    assert "no values of last" in found.said
+    assert "give the driver: --ego" in found.said
+    assert cortexc("report", tmp_path / "run", "--audit", "--exposure", path, *driver).code == 0
+
+
 def test_a_search_that_was_killed_has_a_sheet_with_a_caution(
     copy_of: Callable[[str], Path], tmp_path: Path, cortexc: Run
 ) -> None:
@@ -389,4 +488,43 @@ def test_the_page_and_its_document_go_to_another_place(
 ) -> None:
     assert cortexc("report", copy_of("domains"), "--audit", "--out", tmp_path / "sheet.html").code == 0
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {"sheet.html", "sheet.json", "audit-draws.csv", "audit-collisions.csv", "audit-cases.csv"}
+    tables = {f"sheet-audit-{name}.csv" for name in ("draws", "collisions", "cases")}
+    assert names == {"sheet.html", "sheet-audit.json"} | tables
+    content = json.loads((tmp_path / "sheet-audit.json").read_text(encoding="utf-8"))
+    assert content["evidence"] == {name: audit_again.digest(tmp_path / name) for name in tables}
+    assert content["numbers"]["failures"]["source"]["tables"] == ["sheet-audit-draws.csv"]
+    assert content["command"].endswith("--audit --out sheet.html")
+    page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
+    assert "<code>sheet-audit.json</code>" in page
+
+
+def test_a_sheet_never_replaces_its_evidence(copy_of: Callable[[str], Path], tmp_path: Path, cortexc: Run) -> None:
+    """Whatever `--out` is, the files from which the numbers come stay as they are."""
+    folder = shutil.copytree(copy_of("suite"), tmp_path / "suite")
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    assert cortexc("report", folder, "--audit", "--out", folder / "suite.html").code == 0
+    for name in ("suite.json", "cells.csv", "effort.json", "audit.json"):
+        assert (folder / name).read_bytes() == before[folder / name]
+    page = (folder / "suite.html").read_bytes()
+    for name in ("audit.json", "x-audit.json"):
+        shutil.copy(folder / "suite.json", tmp_path / name)
+    for words, said in (
+        ((folder, "--out", folder / "suite.json"), "is no page"),
+        ((folder, "--out", folder / "cells.csv"), "is no page"),
+        ((tmp_path / "audit.json",), "would replace"),
+        ((tmp_path / "x-audit.json", "--out", tmp_path / "x.html"), "would replace"),
+    ):
+        found = cortexc("report", words[0], "--audit", *words[1:])
+        assert found.code == 2
+        assert said in found.said
+        assert "help:" in found.said
+    assert (folder / "suite.html").read_bytes() == page
+    assert (folder / "suite.json").read_bytes() == (tmp_path / "x-audit.json").read_bytes()
+    assert not (tmp_path / "x.html").exists()
+
+
+def test_a_command_is_without_folders() -> None:
+    """Also a path that is quoted for its spaces."""
+    assert (
+        without_folders_of("cortexc test '/home/a user/my file.scn' --seed 3") == "cortexc test 'my file.scn' --seed 3"
+    )
