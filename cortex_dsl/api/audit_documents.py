@@ -364,7 +364,7 @@ def _compare(found: Document, exposure: Exposure | None, command: str) -> AuditR
     random = [file for file in files if file["independent"] and not file["kept"]]
     fixed = [file for file in random if file["max_new"] is None]
     cells = [((without_folders(file["path"]),), _cell_of_b(file)) for file in fixed]
-    empty = [file for file in content["files"] if not file["valid"]]
+    empty = [file for file in content["files"] if not file["valid"] and not file["kept"]]
     weighted = [*cells, *(((without_folders(each["path"]),), _cell_of_b(each)) for each in empty)]
     reason = next((file["no_test"] for file in files if file["no_test"]), "no pair is an independent draw")
     findings = [
