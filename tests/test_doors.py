@@ -100,6 +100,31 @@ def test_drivers_brake_for_an_open_door() -> None:
     assert run[-1, 0, State.X] < 0.0
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_door_opens_where_its_car_stands_by_then(side: str) -> None:
+    """The car drives about 30 m and stops first; at 0 deg the door lies along its side, in both hosts."""
+    driver = f"""
+behavior Opens():
+    do ConstantSpeedBehavior(10 m/s) for 3 s
+    do BrakeBehavior() for 3 s
+    take OpenDoorAction("{side}", 0 deg)
+"""
+    text = TEXT.format(**(USUAL | {"more": "with speed 10 m/s, ", "time": 8}))
+    begin, end = text.index("\nbehavior Opens"), text.index("ego =")
+    scenario = compile_text(text[:begin] + driver + text[end:])
+    scenes = scenario.sample(1, seed=5)
+    fast = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    slow = world.run(scenario.program, scenes, 0, scenario.config).trajectory
+    out = (0.5 * CAR_WIDTH + 0.06) * (1.0 if side == "left" else -1.0)
+    for states in (fast.states, slow.states[: len(fast.time)]):
+        car, door = states[-1, 1], states[-1, 2]
+        assert car[State.X] > 30.0
+        assert door[State.PRESENT] == 1.0
+        assert door[State.X] - car[State.X] == pytest.approx(0.2 * CAR_LENGTH - 0.5, abs=2e-3)
+        assert door[State.Y] - car[State.Y] == pytest.approx(out, abs=2e-3)
+        assert door[State.HEADING] == pytest.approx(car[State.HEADING], abs=1e-9)
+
+
 def test_a_door_of_a_moving_car_aborts_the_run() -> None:
     """Only a vehicle that stands may open one."""
     text = TEXT.format(**(USUAL | {"more": "with speed 3 m/s, "}))

@@ -64,7 +64,7 @@ class Truth:
     def known(self) -> tuple[str, ...]:
         """Mechanisms that are no curiosities, the most frequent first."""
         if self.rates:
-            return tuple(sorted(self.rates, key=lambda name: -self.rates[name]))
+            return tuple(sorted((name for name in self.rates if self.rates[name]), key=lambda name: -self.rates[name]))
         often = Counter(self.mechanisms).most_common()
         return tuple(name for name, count in often if count >= max(2.0, LEAST * self.failures))
 
@@ -118,7 +118,10 @@ def plant(seed: str, folder: Path, count: int, jobs: int) -> None:
     hidden = {}
     for each in planted(seed):
         first = by_strata(compile_text(each.text, each.name), each.defects, max(1, count // STRATA), jobs)
-        made = each.adjusted([first.rates[mechanism_of(number)] for number in range(len(each.defects))])
+        rates = [first.rates[mechanism_of(number)] for number in range(len(each.defects))]
+        if not all(rates):
+            raise SystemExit(f"{each.name}: no failure near a defect in --count {count:,} runs; take more")
+        made = each.adjusted(rates)
         (folder / f"{made.name}.scn").write_text(made.text)
         hidden[made.name] = [asdict(defect) for defect in made.defects]
         (folder / HIDDEN.name).write_text(json.dumps(hidden, indent=1) + "\n")

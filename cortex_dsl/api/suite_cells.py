@@ -217,25 +217,28 @@ class GroupRuns:
         before = self.runs
         least = self._least(cell, genome, nominal, drawn)
         found = replace(found, deviation=least, deviation_runs=self.runs - before)
-        again = self._repeated(cell, nominal)
-        if again is not None and again.failed[0] and not nominal.failed[0]:
-            worse = self._described(cell, Outcome.FAIL, again, 0)
-            found = replace(
-                found, outcome=worse.outcome, colour=worse.colour, contact=worse.contact, impact=worse.impact,
-                event=worse.event,
-            )  # fmt: skip
-        return found
+        return self._repeated(cell, nominal, found)
 
-    def _repeated(self, cell: Cell, nominal: _Judged) -> _Judged | None:
-        """Drive the nominal test once more with a driver from outside, and count it if it is driven otherwise."""
+    def _repeated(self, cell: Cell, judged: _Judged, found: CellResult) -> CellResult:
+        """Drive the first test once more with a driver from outside; the cell fails if it fails the second time.
+
+        A test that is driven otherwise is counted.
+        """
         if self.side.driver is None:
-            return None
-        again = self._run(cell, nominal.genomes, nominal.scenes.keys)
-        one, two = nominal.scenes.actions, again.scenes.actions
+            return found
+        again = self._run(cell, judged.genomes[:1], judged.scenes.keys[:1])
+        one, two = judged.scenes.actions[0], again.scenes.actions[0]
+        both = min(len(one), len(two))  # the rest is beyond the end of the shorter run
         self.repeated += 1
-        if one.shape != two.shape or not np.array_equal(one, two, equal_nan=True):
+        if not np.array_equal(one[:both], two[:both], equal_nan=True):
             self.otherwise.append(cell.id)
-        return again
+        if found.outcome is Outcome.FAIL or not again.failed[0]:
+            return found
+        worse = self._described(cell, Outcome.FAIL, again, 0)
+        return replace(
+            found, outcome=worse.outcome, colour=worse.colour, contact=worse.contact, impact=worse.impact,
+            event=worse.event,
+        )  # fmt: skip
 
     def _described(self, cell: Cell, outcome: Outcome, judged: _Judged, row: int) -> CellResult:
         return cell_result(
@@ -426,8 +429,7 @@ class GroupRuns:
         runs = int(judged.valid.sum())
         searched = SearchedRange(runs, len(failing), dict(zip(names, ranges, strict=True)), units)
         found = replace(found, references=self._references(cell, genomes))
-        if self.side.driver is not None:
-            self._repeated(cell, self._run(cell, genomes[:1], judged.scenes.keys[:1]))
+        found = self._repeated(cell, judged, found)
         least = self._deviation(cell, genome, judged, row) if len(failing) else None
         if least is not None:
             values = {name: float(genomes[row, gene]) for name, gene in zip(names, genes, strict=True)}

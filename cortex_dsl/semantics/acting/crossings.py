@@ -2,7 +2,7 @@
 
 A person on a crossing, or within 1 m of it and walking towards it, has the right of way: where the person's way and
 that of a driver cross, the driver does not go first, however much time it has. Where both ways no longer meet, since
-the person has passed, the driver goes on. On a map without crossings nothing is asked, and programs are unchanged.
+the person has passed, the driver goes on. On a map without crossings nobody has this right.
 """
 
 from cortex_dsl.semantics.acting.foreseeing import STANDING

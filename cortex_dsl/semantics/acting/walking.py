@@ -5,7 +5,7 @@ A person walks at a speed drawn by the property `age` (35 years without it, *our
 Record 1982, 38-47).
 
 At a crossing without a light a person waits at the kerb for a gap of the form of the Highway Capacity Manual, the
-length of the crossing over 1.2 m/s and 3 s for the start (from memory, not verified): no vehicle that the person sees
+length of the crossing over 1.2 m/s and 3 s for the start (not verified): no vehicle that the person sees
 is on the crossing, or reaches it within that time at its present speed, by any way. So a vehicle that stops lets the
 person go. With a light a person waits for green, and with the probability `on_red` only for a gap.
 """

@@ -1,8 +1,8 @@
 """Doors of parked vehicles: `OpenDoorAction(side, angle, time)`.
 
 A door is an actor of its own, a thin outline at the side of its vehicle. It is absent until it opens; then it turns
-about its hinge at a constant rate and stays open. So contact, distance, sight and pictures know it as any other actor,
-and a scene without doors is unchanged. Only an object whose `behavior` opens a door has one.
+about its hinge at a constant rate and stays open. So contact, distance, sight and pictures know it as any other actor.
+Only an object whose `behavior` opens a door has one.
 """
 
 import math
@@ -13,7 +13,7 @@ from cortex_dsl.semantics.errors.names import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.runs import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
-from cortex_dsl.semantics.evaluation.geometry import moved, size_of, state
+from cortex_dsl.semantics.evaluation.geometry import current_pose, moved, size_of, state
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -88,12 +88,16 @@ def _door(ev: Evaluator, actor: Actor, side: str, absent: Instance) -> Actor:
     length = given.expr if isinstance(given, Quantity) else literal(DOOR_LENGTH)
     properties |= {"speed": literal(0.0), "length": length, "width": literal(THICKNESS), "fixed": literal(1.0)}
     properties |= {"occluding": literal(1.0), "allowCollisions": True, "regionContainedIn": None}
+    pose = _closed(actor, side, length, actor.pose)
+    return Actor(-1, "", ActorKind.OBSTACLE, actor.span, pose, properties, absent, door_of=actor)
+
+
+def _closed(actor: Actor, side: str, length: Term, pose: Pose) -> Pose:
+    """Return the pose of a closed door of a vehicle that has this pose."""
     out = size_of(actor, "width") * 0.5 + (0.5 * THICKNESS + APART)
     ahead = size_of(actor, "length") * HINGE - length * 0.5
-    start, heading = Vector(actor.pose.x, actor.pose.y), actor.pose.heading
-    place = moved(start, heading, -out if side == "left" else out, ahead)
-    pose = Pose(place.x, place.y, heading)
-    return Actor(-1, "", ActorKind.OBSTACLE, actor.span, pose, properties, absent, door_of=actor)
+    place = moved(Vector(pose.x, pose.y), pose.heading, -out if side == "left" else out, ahead)
+    return Pose(place.x, place.y, pose.heading)
 
 
 def open_door(ev: Evaluator, bound: dict[str, Given], span: Span) -> DoorCall:
@@ -114,12 +118,13 @@ def open_door(ev: Evaluator, bound: dict[str, Given], span: Span) -> DoorCall:
     angle, time = (_number(ev, bound, name, usual[name]) for name in ("angle", "time"))
     name = f"{actor.name} stands when a door opens"
     stands = ir.Demand(span, state(ev, actor, State.SPEED) < STANDING, ev.file.run.rule(span, name, RuleKind.ABORT))
+    place = _closed(actor, str(side), size_of(door.actor, "length"), current_pose(ev, actor))
     acts = (
         stands,
         ir.SetLocal(span, door.opened, ev.algebra.literal(1.0)),
         ir.SetLocal(span, door.pace, angle / FASTEST / time),
         ir.SetLocal(span, door.until, ev.algebra.time() + time),
-        ir.Spawn(span, (door.actor.index,)),
+        ir.Enter(span, door.actor.index, (place.x, place.y, place.heading, ev.algebra.literal(0.0))),
     )
     return DoorCall((ir.Branch(span, ev.algebra.local(door.opened) < 0.5, acts, ()),))
 

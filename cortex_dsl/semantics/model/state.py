@@ -286,9 +286,9 @@ class FileFacts:
     from_scenic: bool
     """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
     attributes_read: frozenset[str]
+    """Every name after a dot; a property that is read and is not built in belongs to the file."""
     reads_warnings: bool
     """Whether it reads warnings of a driver; then controllers are asked for them."""
-    """Every name after a dot; a property that is read and is not built in belongs to the file."""
     attributes_set: frozenset[str]
     """Every attribute that the run may change."""
     domains: ir.DomainUse | None = None

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.errors import InterchangeError
 from engine.frozen import frozen
 from engine.lanelet2.read import DRIVABLE, Lanelet, LaneletMap, read_lanelets
 from engine.maps import LaneletFile
@@ -135,7 +136,7 @@ class _Builder:
     """The network under construction."""
 
     def __init__(self, spec: LaneletFile, content: LaneletMap) -> None:
-        self.content = content
+        self.content, self.file = content, spec.file
         self.strips = {each.id: strip_of(each) for each in content.lanelets}
         self.lanelets = {each.id: each for each in content.lanelets if each.subtype in DRIVABLE}
         self.polygons = {each: strip.polygon for each, strip in self.strips.items()}
@@ -248,10 +249,8 @@ class _Builder:
             surface, kerbs = union([self.polygons[each] for each in self.lanelets])
             areas = [union([self.polygons[each] for each in found])[0] for found in self.junctions]
         except NoSurface:
-            from engine.errors import InterchangeError
-
             what = "the surface of its lanelets cannot be computed"
-            raise InterchangeError(what, "correct bounds that cross one another", network.spec.kind) from None
+            raise InterchangeError(what, "correct bounds that cross one another", self.file) from None
         assert network.regions.add(surface) == ROAD_REGION
         regions = [network.regions.add(area) for area in areas]
         order = self.in_order()
@@ -420,7 +419,10 @@ class _Builder:
         if float(np.ptp(heights)) <= FLAT:
             return
         tiles = [tile for each in self.lanelets for tile in self.tiles(each)]
-        places = {pair: place for pair, place in overlapping(tiles).items() if place[0] >= LEVEL}
+        places: dict[tuple[str, str], tuple[float, float, float]] = {}
+        for (below, above), place in overlapping(tiles).items():
+            if place[0] >= LEVEL:
+                places.setdefault((self.road_names[int(below)], self.road_names[int(above)]), place)
         self.network.levels = tuple(sentences(places))
         if places:
             rows = [row for each, index in self.index.items() for row in self.heights(each, index)]

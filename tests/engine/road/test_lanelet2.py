@@ -5,6 +5,7 @@
 
 import math
 import os
+import re
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
@@ -20,8 +21,9 @@ from engine.errors import InterchangeError
 from engine.maps import LaneletFile, digest_of, map_content, map_from
 from engine.road.lanelet2.fitting import TOLERANCE
 from engine.road.network import LaneRole, Network, SurfaceKind
+from engine.road.opendrive.surfaces import NoSurface
 from engine.vocabulary import LEVEL, ManeuverType
-from tests.engine.road.lanelet_maps import ARMS, FAR, NEAR, ORIGIN, bridge, crossing
+from tests.engine.road.lanelet_maps import ARMS, FAR, NEAR, ORIGIN, Writer, bridge, crossing
 from tests.laws import examples
 
 pytest.importorskip("lanelet2", reason="needs cortexc[lanelet2]")
@@ -187,6 +189,41 @@ def test_heights_make_levels(tmp_path: Path, height: float) -> None:
     """Lanelets that cross at a headroom are a bridge, and their lanes have heights; else there is one plane."""
     network = network_of(written(tmp_path, bridge(height)))
     assert bool(network.levels) == bool(len(network.heights)) == (abs(height) >= LEVEL)
+
+
+def test_the_sentence_about_levels_names_roads_that_level_knows(tmp_path: Path) -> None:
+    """Each name between backquotes puts an object on its level."""
+    network = network_of(written(tmp_path, bridge(6.0)))
+    (sentence,) = network.levels
+    above, below = re.findall("`(.+?)`", sentence)
+    for name, end in ((above, "(0 m, -40 m), facing 90 deg"), (below, "(-40 m, 0 m), facing 0 deg")):
+        text = f'map lanelet2("map.osm")\nego = new Car at {end}, with level "{name}"\nterminate after 1 s\n'
+        (tmp_path / "scene.scn").write_text(text)
+        assert cx.load(tmp_path / "scene.scn").sample(1).valid.all()
+
+
+def test_lanelets_of_one_road_have_one_sentence(tmp_path: Path) -> None:
+    """A road of two lanelets above another one: the pair of roads counts once."""
+    file = Writer()
+    file.lanelet([(-60.0, 2.0), (60.0, 2.0)], [(-60.0, -2.0), (60.0, -2.0)], "road", height=0.0)
+    file.lanelet([(-4.0, -60.0), (-4.0, 60.0)], [(0.0, -60.0), (0.0, 60.0)], "road", height=6.0)
+    file.lanelet([(4.0, 60.0), (4.0, -60.0)], [(0.0, 60.0), (0.0, -60.0)], "road", height=6.0)
+    network = network_of(written(tmp_path, file.osm))
+    assert len(network.roads) == 2
+    assert len(network.levels) == 1
+
+
+def test_a_surface_that_cannot_be_computed_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The place of the error is the map as the scenario names it."""
+    from engine.road.lanelet2 import making
+
+    def fails(_: object) -> None:
+        raise NoSurface
+
+    monkeypatch.setattr(making, "union", fails)
+    with pytest.raises(InterchangeError) as caught:
+        network_of(written(tmp_path, crossing().osm))
+    assert caught.value.place == "map.osm"
 
 
 SCENE = """
