@@ -96,7 +96,8 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         ),
         **dict.fromkeys(
             ("north", "east", "south", "west"),
-            "write an angle, from east to north: `0 deg` is east, `90 deg` north, `180 deg` west, `-90 deg` south",
+            "write an angle, from east to north: `0 deg` is east, `90 deg` north, `180 deg` west, `-90 deg` south; an "
+            'arm of an intersection is a text, as in `intersection.route("south", "north")`',
         ),
         "STRAIGHT": "write `ManeuverType.STRAIGHT`",
         "LEFT_TURN": "write `ManeuverType.LEFT_TURN`",

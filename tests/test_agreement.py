@@ -32,8 +32,11 @@ terminate after 6 s
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_hosts_agree_on_the_examples(path: Path) -> None:
     """Random scenes of each, collisions among them."""
-    found = compare(load(path), max(60, SCENES))
-    assert found.scenes == max(60, SCENES)
+    scenario, count = load(path), max(60, SCENES)
+    found = compare(scenario, count)
+    if not found.collisions:  # a file of rare ones
+        found = compare(scenario, count := 10 * count)
+    assert found.scenes == count
     assert found.collisions > 0
     assert found.flags_differ == 0
     assert found.states_differ <= TOLERANCE

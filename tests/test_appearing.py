@@ -124,7 +124,7 @@ def test_a_loop_has_as_many_objects_as_the_file_says(late: int) -> None:
     run = watched(scenario)
     begins = [int((run.states[:, each, State.PRESENT] != 0.0).argmax()) for each in range(1, 1 + late)]
     np.testing.assert_allclose(run.time[begins], 0.5 * np.arange(1, late + 1), atol=0.051)
-    assert f"more than {late} objects" in aborted(scenario)
+    assert f"at most {late} objects" in aborted(scenario)
 
 
 def test_others_notice_what_behaviors_let_appear() -> None:

@@ -639,7 +639,7 @@ def _test(found: Document, exposure: Exposure | None, command: str) -> AuditRepo
     fixed = [
         (name, check) for file, check, name in checks if all(each["max_probability"] is None for each in file["checks"])
     ]
-    nothing = "no file leaves something to chance: each has one run"
+    nothing = "no file leaves something to chance: each has one run" if not random else "no file has a check with runs"
     looked = "with --max-probability the number of runs depends on their results"
     findings = [
         failures_finding(

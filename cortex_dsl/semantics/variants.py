@@ -225,6 +225,7 @@ def _find_late(ev: Evaluator, module: nodes.Module) -> None:
     composed, made = len(run.built.late), -1
     while made < len(run.built.late):
         made = len(run.built.late)
+        run.built.late_depth += 1
         before = Rewind(run)
         for actor in sorted(run.built.actors, key=lambda each: each.index):
             _behaviour(ev, actor)

@@ -193,7 +193,7 @@ MADE_AGAIN = Problem(
 )
 TOO_MANY_APPEAR = Problem(
     "SCN661",
-    "more than {limit} objects appear during the run",
+    "more than {limit} appear during the run",
     "each has a behavior of its own in the program; a behavior may make an object that makes another one",
     "let fewer objects appear, or a smaller `late` of `simulation`",
 )

@@ -21,7 +21,9 @@ from engine.tables import ROAD_REGION
 from engine.vocabulary import RuleKind
 
 MOST = 64
-"""Maximum number of objects of a file that appear: a behavior may make an object with the same behavior."""
+"""Maximum number of objects of a file that appear."""
+DEEPEST = 8
+"""Longest chain of objects of which each appears by the behavior of the one before, which may be the same behavior."""
 
 Make = Callable[[], tuple[Actor, Pose, Term]]
 """Makes an actor, with its pose and its speed at the present sample."""
@@ -38,7 +40,7 @@ def appear(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> Acto
     count = built.late_limit
     counter = ev.run.new_local()
     made = [_entering(ev, node, make, on_road=on_road) for _ in range(count)]
-    name = f"more than {count} objects of line {ev.facts.line(node.span)} appear"
+    name = f"at most {count} objects of line {ev.facts.line(node.span)} appear, by `late` of `simulation`"
     block: ir.Block = (ir.Demand(node.span, ev.algebra.truth(False), _rule(ev, node.span, name)),)
     for number in reversed(range(count)):
         is_next = ev.algebra.local(counter) <= number + 0.5
@@ -55,9 +57,9 @@ def _entering(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> t
     if decisions.draw_count > drawn or len(decisions.draw_sites) > sites:
         raise NOT_SUPPORTED.mistake(
             span,
-            what="an object that appears during the run has no place drawn from a region",
-            reason="such places are drawn with the scene, before the run",
-            cure="draw before the run, as in `spot = new Point on road` at the top level, and write `at spot`",
+            what="an object that appears during the run has no place or size that is drawn with the scene",
+            reason="its places, sizes and ages are drawn before the run, when it is not there",
+            cure="draw before the run, as in `spot = new Point on road` or `AGE = Range(5, 80)` at the top level",
         )
     conditions = [(each.name, each.condition) for each in built.requirements[required:]]
     del built.requirements[required:]
@@ -92,7 +94,9 @@ def _rule(ev: Evaluator, span: Span, name: str) -> int:
     return ev.file.run.rule(Span(span.start, span.start + number), name, RuleKind.ABORT)
 
 
-def check_count(span: Span, late: Sequence[Actor]) -> None:
-    """Refuse more objects than a file may let appear."""
+def check_count(span: Span, late: Sequence[Actor], depth: int) -> None:
+    """Refuse more objects than a file may let appear; `depth`: how many of them appear each by the one before."""
+    if depth > DEEPEST:
+        raise TOO_MANY_APPEAR.mistake(span, limit=f"{DEEPEST} objects, each by the one before,")
     if len(late) >= MOST:
-        raise TOO_MANY_APPEAR.mistake(span, limit=MOST)
+        raise TOO_MANY_APPEAR.mistake(span, limit=f"{MOST} objects")

@@ -499,6 +499,8 @@ class Built:
     """Whether an object of a scenario that starts later may wait for its place until then (`NeedsRun`)."""
     late: list[Actor] = field(default_factory=list)
     """Objects that appear during the run, in the order in which their `new` is met."""
+    late_depth: int = 0
+    """Times that behaviors were written to find the objects that they let appear."""
     late_met: int = 0
     """Number of those that were met since behaviours are written again."""
     late_limit: int = 4
