@@ -29,7 +29,7 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         ),
         **dict.fromkeys(
             ("BasicAgentBehavior", "BasicAgent", "LocalPlanner"),
-            "write `FollowLaneBehavior(10 m/s)`, or `FollowTrajectoryBehavior(10 m/s, lanes)`",
+            "write `with behavior FollowLaneBehavior(10 m/s)`, or `AutopilotBehavior`, which gives way",
         ),
         **dict.fromkeys(
             ("TimeSeries", "VerifaiTimeSeries"),
