@@ -176,6 +176,7 @@ START = "start = new OrientedPoint at (0, 0), facing 0 deg\n"
         ("[Arc(9 m, angle=400 deg)]", "SCN402", "`angle` is"),
         ("[Clothoid(9 m, -9 m, angle=9 deg)]", "SCN517", "its angle does not say how long it is"),
         ("[Clothoid(none, none, angle=9 deg)]", "SCN517", "its angle does not say how long it is"),
+        ("[Clothoid(none, 0.001 m, length=20 m)]", "SCN517", "it turns by more than 10 circles"),
         ("[Arc(1e9 m, angle=90 deg)]", "SCN517", "the most"),
         ("[Arc(9 s, angle=90 deg)]", "SCN301", "`radius` must be a length"),
         ("[3 s]", "SCN301", "must be a length"),

@@ -1,5 +1,6 @@
 """Paths that a file makes of lines, arcs and clothoids: `Path(start, [10 m, Arc(9 m, angle=90 deg)])`."""
 
+import math
 from collections.abc import Callable, Mapping
 
 from cortex_dsl.semantics.errors.scene import BAD_SEGMENT, TOO_SHARP
@@ -24,6 +25,8 @@ from engine.road.alignment import Segment, aligned
 from engine.vocabulary import ActorKind
 
 MOST_SEGMENTS = 100
+MOST_TURN = 10.0 * math.tau
+"""Largest turn of a clothoid [rad]: arcs that stand for it are short where it is sharp."""
 ROUNDING = 1e-9
 """Relative excess over the largest curvature that is a rounding error."""
 _AS_IN = "as in `Path(start, [10 m, Clothoid(none, 9 m, angle=20 deg), Arc(9 m, angle=50 deg)])`"
@@ -39,7 +42,11 @@ def _arc(ev: Evaluator, radius: Given, angle: Given | None, length: Given | None
 
 def _clothoid(ev: Evaluator, start: Given, end: Given, angle: Given | None, length: Given | None, span: Span) -> Value:
     ends = _curvature(ev, "Clothoid", "start_radius", start), _curvature(ev, "Clothoid", "end_radius", end)
-    return _segment(ev, "Clothoid", ends, angle, length, span)
+    made = _segment(ev, "Clothoid", ends, angle, length, span)
+    if 0.5 * (abs(ends[0]) + abs(ends[1])) * made.length > MOST_TURN:
+        reason = f"it turns by more than {MOST_TURN / math.tau:.0f} circles"
+        raise BAD_SEGMENT.mistake(span, word="Clothoid", reason=reason, cure="give larger radii or less of it")
+    return made
 
 
 def _segment(
