@@ -21,8 +21,10 @@ CALLED_AS_OBJECTS_GO = {
     ("_weakrefset", "_remove"),
     ("weakref", "remove"),
     ("weakref", "__call__"),
+    ("concurrent.futures.process", "weakref_cb"),
+    ("concurrent.futures.thread", "weakref_cb"),
 }
-"""Callbacks of weak references in Python's library: of locks of imports, weak sets, dictionaries and finalizers."""
+"""Callbacks of weak references in Python's library: of locks of imports, weak sets, dictionaries, finalizers and pools."""
 PYMUNK = f"{os.sep}pymunk{os.sep}"
 """Part of the path of the files of pymunk."""
 
