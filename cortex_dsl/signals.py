@@ -24,7 +24,7 @@ CALLED_AS_OBJECTS_GO = {
     ("concurrent.futures.process", "weakref_cb"),
     ("concurrent.futures.thread", "weakref_cb"),
 }
-"""Callbacks of weak references in the standard library: of import locks, weak sets, dictionaries, finalizers and pools."""
+"""Callbacks of weak references in Python's library: of import locks, weak sets, dictionaries, finalizers and pools."""
 PYMUNK = f"{os.sep}pymunk{os.sep}"
 """Part of the path of the files of pymunk."""
 
