@@ -25,6 +25,8 @@ CALLED_AS_OBJECTS_GO = {
     ("concurrent.futures.thread", "weakref_cb"),
 }
 """Callbacks of weak references in Python's library: of import locks, weak sets, dictionaries, finalizers and pools."""
+STARTS_A_PROCESS = ("multiprocessing.popen_spawn_posix", "_launch")
+"""Function that starts a process and then writes what the process reads first."""
 PYMUNK = f"{os.sep}pymunk{os.sep}"
 """Part of the path of the files of pymunk."""
 
@@ -61,7 +63,8 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
     in Python until Python 3.11. An extension module replaces an exception during its import by an error of its own:
     numpy advises to install it anew. Machine code of numba crashes after an exception in what it calls to read and make
     records. Pymunk prints the exceptions of its callbacks, and frees objects that were half made. Python prints
-    those of `__del__` and of callbacks of weak references, and goes on.
+    those of `__del__` and of callbacks of weak references, and goes on. A process that is started and told nothing prints
+    an error of its own.
     """
     if frame is not None and str(frame.f_globals.get("__name__", "")).startswith("namedtuple_"):
         return True
@@ -76,6 +79,7 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
         or code.co_name in CALLED_BY_NUMBA
         or code.co_name == "__del__"
         or (module, code.co_name) in CALLED_AS_OBJECTS_GO
+        or (module, code.co_name) == STARTS_A_PROCESS
         or PYMUNK in code.co_filename
         for module, code in stack
     )
