@@ -63,8 +63,8 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
     in Python until Python 3.11. An extension module replaces an exception during its import by an error of its own:
     numpy advises to install it anew. Machine code of numba crashes after an exception in what it calls to read and make
     records. Pymunk prints the exceptions of its callbacks, and frees objects that were half made. Python prints
-    those of `__del__` and of callbacks of weak references, and goes on. A process that is started and told nothing prints
-    an error of its own.
+    those of `__del__` and of callbacks of weak references, and goes on. A process that is started and told nothing
+    prints an error of its own.
     """
     if frame is not None and str(frame.f_globals.get("__name__", "")).startswith("namedtuple_"):
         return True
