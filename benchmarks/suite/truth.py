@@ -167,6 +167,18 @@ def _added(known: Truth, made: Scenario, draws: int, valid: int, runs: Runs) -> 
     )
 
 
+def beside_plain_draws(names: Sequence[str], count: int, jobs: int) -> str:
+    """Rates that are kept, and the exact 95 % intervals of `count` plain draws of each file, as Markdown."""
+    lines = ["| scenario | rate | plain draws | failures | 95 % interval |", "|---|---|---|---|---|"]
+    for name in names:
+        made = scenario(name)
+        _, valid, runs = _drawn(made, 0, count, jobs)
+        failures = int(runs.failed.sum())
+        low, high = clopper_pearson(failures, valid)
+        lines.append(f"| {name} | {kept()[name].rate:.2e} | {valid:,} | {failures} | {low:.2e} .. {high:.2e} |")
+    return "\n".join(lines)
+
+
 def table(truths: dict[str, Truth]) -> str:
     """As Markdown."""
     lines = [
