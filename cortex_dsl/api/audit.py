@@ -43,13 +43,12 @@ from cortex_dsl.report.findings.audit_report import (
     verdicts_finding,
 )
 from cortex_dsl.report.findings.readable import counted, first_line, significant
-from cortex_dsl.report.findings.search_report import headline, invalid_counts, method_name
+from cortex_dsl.report.findings.search_report import headline, invalid_counts, method_name, unfinished
 from cortex_dsl.report.findings.verification_report import ANSWERS, verification_content
 from cortex_dsl.source import Source
 from engine.driving.blocks import redriven
 from engine.errors import ArgumentError, ControllerError
 from engine.gates.coverage import OUTSIDE
-from engine.search.campaign import FINISHED
 from engine.search.insight.analysis import judged_again
 from engine.search.insight.independent import COLLISION, independent_draws, runs_of_draws
 from engine.search.insight.kinds import codes_of_draws, collisions_of, failures
@@ -136,6 +135,9 @@ class _RunAudit:
         found = tuple(self._findings())
         for why, count in invalid_counts(self.record).items():
             self.not_run.append(NotRun("simulations that do not count", why, count))
+        left = manifest.config.search.generations - len(self.record.generations)
+        if left > 0:
+            self.not_run.append(NotRun("generations", f"the search {unfinished(self.record)}", left))
         config = manifest.config.simulation
         parameters = [f"{p.name} {_range(p.low, p.high, p.unit, p.options)}" for p in manifest.parameters]
         size = manifest.config.search.population
@@ -163,8 +165,8 @@ class _RunAudit:
 
     def _cautions(self) -> list[str]:
         said: list[str] = []
-        if self.record.status != FINISHED:
-            said.append(f"The search is {self.record.status}: the numbers are those of what its journal holds so far.")
+        if words := unfinished(self.record):
+            said.append(f"The search {words}: the numbers are those of what its journal holds so far.")
         if changed := changed_versions(self.manifest):
             said.append(f"The search was made with {', '.join(changed)}; another version may give other numbers.")
         if not self.record.proved:
