@@ -25,6 +25,8 @@ from cortex_dsl.api.run_folder import KeptFiles
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.audit_report import (
+    ONE_DRIVER,
+    VERDICTS,
     AuditReport,
     Cell,
     Event,
@@ -37,6 +39,7 @@ from cortex_dsl.report.findings.audit_report import (
     exposure_finding,
     failures_finding,
     missing,
+    platform_text,
     probability_finding,
     step_finding,
     unseen_finding,
@@ -50,12 +53,16 @@ from engine.driving.blocks import redriven
 from engine.errors import ArgumentError, ControllerError
 from engine.gates.coverage import OUTSIDE
 from engine.search.insight.analysis import judged_again
-from engine.search.insight.independent import COLLISION, independent_draws, runs_of_draws
+from engine.search.insight.independent import (
+    COLLISION,
+    draws_independently,
+    independent_draws,
+    rows_of_draws,
+    runs_of_draws,
+)
 from engine.search.insight.kinds import codes_of_draws, collisions_of, failures
 from engine.search.manifest import changed_versions
-from engine.search.methods.table import SEARCHERS
 from engine.search.probability.unseen import NO_KIND, labels
-from engine.search.protocol import Operator
 from engine.search.ranking import WORST
 from engine.search.result_files import csv_table
 from engine.search.store import StoreError, without_folders
@@ -150,7 +157,7 @@ class _RunAudit:
             inputs="; ".join(parameters) or "no params",
             steps=f"{steps}runs of at most {significant(config.max_time)} s in steps of "
             f"{significant(config.time_step)} s",
-            platform=_platform(manifest.platform, manifest.versions),
+            platform=platform_text(manifest.platform, manifest.versions),
             expected="; ".join(self.expects) or "no contact of the ego",
             result=headline(self.record, came),
             findings=found,
@@ -208,7 +215,7 @@ class _RunAudit:
             *(self._of_draws(drawn) if drawn is not None else self._without_draws()),
             collisions,
             missing(Topic.DEVIATION, "a search has no tolerances; `cortexc suite` finds it for each cell of a suite"),
-            missing(Topic.COMPARISON, "one driver only; `cortexc compare A B FILE` drives the same scenes with two"),
+            missing(Topic.COMPARISON, ONE_DRIVER),
             self._dynamic(),
             step_finding(self.scenario.config.simulation.time_step, self.manifest.versions.get("cortexc", "")),
             self._effort(),
@@ -220,7 +227,7 @@ class _RunAudit:
 
     def _without_draws(self) -> list[Finding]:
         method = self.manifest.method
-        if method in SEARCHERS and SEARCHERS[method].draws_independently:
+        if draws_independently(method):
             reason = "none of its independent draws is valid"
         else:
             reason = f"the scenes of {method_name(method)} are no independent draws"
@@ -237,7 +244,7 @@ class _RunAudit:
         valid = runs.verdict == Verdict.VALID
         if not valid.any():
             return None
-        rows = np.flatnonzero(evaluations.simulated & (evaluations.operator == Operator.RANDOM))
+        rows = rows_of_draws(evaluations, method)
         columns = dict(zip(self.manifest.objectives, runs.broken.T, strict=True))
         broken = {name: columns[name] == 1.0 for name in self.expects}
         contact = runs.collided | (runs.end_reason == EndReason.BUILDING)
@@ -380,8 +387,7 @@ class _RunAudit:
         self.tables[COLLISIONS] = csv_table(
             {"individual": rows.tolist(), "rollout": rollouts.tolist(), "verdict": said}
         )
-        counts = {name: said.count(name) for name in ("avoidable", "disputed", "unavoidable", "no_model", "struck")}
-        counts["unknown"] = said.count("unknown")
+        counts = {name: said.count(name) for name in VERDICTS}
         adapted = [case.adapted for case in self.cases if case.adapted is not None]
         names = self.scenario.config.search.references
         source = self._source(COLLISIONS, CASES)
@@ -466,7 +472,3 @@ def _range(low: float, high: float, unit: str, options: Sequence[str]) -> str:
     if options:
         return f"of {counted(len(options), 'option')}"
     return f"{significant(low)} to {significant(high)} {unit}".rstrip()
-
-
-def _platform(machine: str, versions: Mapping[str, str]) -> str:
-    return ", ".join([machine, *(f"{name} {version}" for name, version in versions.items())])

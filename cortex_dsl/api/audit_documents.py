@@ -16,6 +16,7 @@ from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.blocks import Value
 from cortex_dsl.report.documents import EFFORT, SCHEMA_VERSION
 from cortex_dsl.report.findings.audit_report import (
+    ONE_DRIVER,
     SHOWN,
     AuditReport,
     Bar,
@@ -32,6 +33,7 @@ from cortex_dsl.report.findings.audit_report import (
     failures_finding,
     missing,
     number_value,
+    platform_text,
     probability_finding,
     share_value,
     step_finding,
@@ -47,7 +49,6 @@ SUITE, COMPARE, COVERAGE, TEST = "suite", "compare", "coverage", "test"
 NO_MECHANISMS = "runs of a {} have no kinds of collisions; a search by `cortexc FILE --random` counts them"
 NO_TOLERANCES = "there are no tolerances; `cortexc suite` finds it for each cell of a suite"
 NO_CASES = "`cortexc verify RUN --model dynamic` repeats the worst cases of a search"
-ONE_DRIVER = "one driver only; `cortexc compare A B FILE` drives the same scenes with two"
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,7 @@ def _platform(found: Document) -> str:
     effort = found.effort
     if not effort:
         return f"cortexc {found.version}; machine and packages were not recorded"
-    return ", ".join([str(effort["platform"]), *(f"{name} {version}" for name, version in effort["versions"].items())])
+    return platform_text(str(effort["platform"]), effort["versions"])
 
 
 def _effort(found: Document, simulations: int, source: Provenance) -> Finding:
