@@ -51,7 +51,8 @@ from cortex_dsl.report.findings.verification_report import ANSWERS, verification
 from cortex_dsl.source import Source
 from engine.driving.blocks import redriven
 from engine.errors import ArgumentError, ControllerError
-from engine.gates.coverage import OUTSIDE
+from engine.gates.coverage import MOST_CELLS, OUTSIDE
+from engine.gates.coverage import counted as counted_cells
 from engine.search.insight.analysis import judged_again
 from engine.search.insight.independent import (
     COLLISION,
@@ -77,8 +78,6 @@ DRAWS, COLLISIONS, CASES = "audit-draws.csv", "audit-collisions.csv", "audit-cas
 START = "start"
 OF_DRAWS = (Topic.FAILURES, Topic.EXPOSURE, Topic.PROBABILITY, Topic.UNSEEN)
 """Numbers that come from independent draws."""
-MOST_PRODUCT = 100_000
-"""Cells of a product of domains under an exposure at most."""
 
 
 @dataclass(frozen=True)
@@ -362,12 +361,15 @@ class _RunAudit:
                 raise ArgumentError(f"`{exposure.path}`, line 1: there is no domain `{name}`", f"there are {there}")
         numbers = [names[name] for name in exposure.columns]
         sizes = [len(domains.domains[number].cells) for number in numbers]
-        if math.prod(sizes) > MOST_PRODUCT:
+        if math.prod(sizes) > MOST_CELLS:
             what = f"`{exposure.path}`: the product of its domains has {math.prod(sizes):,} cells"
             raise ArgumentError(what, "weight fewer domains")
         every = list(product(*map(range, sizes)))
-        places = domains.places[:, numbers]
-        counts = [self._counts(drawn, (places == np.array(cell)).all(axis=1)) for cell in every]
+        places, valid, lost = domains.places[:, numbers], drawn.valid, int(drawn.lost.sum())
+        inside = counted_cells(places[valid], drawn.failed[valid], np.zeros(int(valid.sum())))
+        counts = [
+            (inside[cell].runs, inside[cell].failures, lost) if cell in inside else (0, 0, lost) for cell in every
+        ]
         texts = [
             tuple(domains.domains[number].cells[place].text for number, place in zip(numbers, cell, strict=True))
             for cell in every
