@@ -75,7 +75,6 @@ from engine.vocabulary import Blame, EndReason, Sense, Verdict
 
 DRAWS, COLLISIONS, CASES = "audit-draws.csv", "audit-collisions.csv", "audit-cases.csv"
 """Tables beside the page: independent draws, collisions with their verdicts, worst cases."""
-START = "start"
 OF_DRAWS = (Topic.FAILURES, Topic.EXPOSURE, Topic.PROBABILITY, Topic.UNSEEN)
 """Numbers that come from independent draws."""
 
@@ -325,8 +324,8 @@ class _RunAudit:
         driver, remarks = self.scenario.config.driver, list[str]()
         chosen = dict(enumerate(declared))
         if driver is not None and not driver.can_drive_new_scenes:
-            chosen = {number: each for number, each in chosen.items() if each.when == START}
-            left = [each.name for each in declared if each.when != START]
+            chosen = {number: declared[number] for number in programs.starts}
+            left = [each.name for number, each in enumerate(declared) if number not in chosen]
             remarks += [f"without the driver (--ego) no values of {', '.join(left)}"] if left else []
             values = programs.start_values(scenes)
         else:
