@@ -135,7 +135,7 @@ def test_verify_sees_a_changed_sheet(copy_of: Callable[[str], Path], tmp_path: P
     assert "--audit" in found.said
 
 
-def test_searches_that_are_not_finished_are_named(copy_of: Callable[[str], Path]) -> None:
+def test_the_method_of_a_search_decides_which_numbers_there_are(copy_of: Callable[[str], Path]) -> None:
     assert document(copy_of("search"))["cautions"] == []
     assert document(copy_of("genetic"))["numbers"]["probability"]["available"]
     numbers = document(copy_of("sequence"))["numbers"]
