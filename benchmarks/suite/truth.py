@@ -132,7 +132,7 @@ def by_strata(made: Scenario, defects: Sequence[Defect], count: int, jobs: int) 
     drawn from the file. A failure near two defects counts for the one that delays the brake more.
     """
     space = made.program.space
-    low, width = np.array(space.low), np.array(space.high) - np.array(space.low)
+    low, width = space.low, space.high - space.low
     stream, failures, rates, variance = default_rng(SEED), Counter[str](), {}, 0.0
     draws, all_valid = 0, 0
     for number, defect in enumerate(defects):
