@@ -2,8 +2,10 @@
 
 import asyncio
 import sys
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Coroutine, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 from lsprotocol import types
@@ -88,33 +90,45 @@ class Client:
 Talk = Callable[[Client], Awaitable[None]]
 
 
+Loop = Callable[[Coroutine[Any, Any, Any]], Any]
+"""Run a coroutine, and return what it returns."""
+
+
 @pytest.fixture(scope="module")
-def server() -> Iterator[tuple[asyncio.Runner, Client]]:
-    """One server for all conversations of a module, which must end in order."""
-    with asyncio.Runner() as runner:
+def server() -> Iterator[tuple[Loop, Client]]:
+    """One server for all conversations of a module, which must end in order.
+
+    Its event loop has a thread of its own: another fixture may hold one in the thread of the tests.
+    """
+    runner = asyncio.Runner()
+    with ThreadPoolExecutor(1) as thread:
+
+        def run(work: Coroutine[Any, Any, Any]) -> Any:
+            return thread.submit(runner.run, work).result()
 
         async def started() -> Client:
             client = Client()
             await client.start()
             return client
 
-        client = runner.run(started())
-        yield runner, client
-        assert runner.run(client.stop()) == 0
+        client = run(started())
+        yield run, client
+        assert run(client.stop()) == 0
+        thread.submit(runner.close).result()
 
 
 @pytest.fixture
-def talk(server: tuple[asyncio.Runner, Client], tmp_path: Path) -> Callable[[Talk], None]:
+def talk(server: tuple[Loop, Client], tmp_path: Path) -> Callable[[Talk], None]:
     """Hold a conversation about a file of its own."""
 
     def hold(conversation: Talk) -> None:
-        runner, client = server
+        run, client = server
 
         async def whole() -> None:
             client.turn_to(tmp_path / "own.scn")
             await conversation(client)
 
-        runner.run(whole())
+        run(whole())
 
     return hold
 
