@@ -37,7 +37,7 @@ def appear(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> Acto
         actor, block = _entering(ev, node, make, on_road=on_road)
         built.appearing.extend(block)
         return actor
-    count = built.late_limit
+    count = ev.file.settings.late
     counter = ev.run.new_local()
     made = [_entering(ev, node, make, on_road=on_road) for _ in range(count)]
     name = f"at most {count} objects of line {ev.facts.line(node.span)} appear, by `late` of `simulation`"
@@ -94,9 +94,7 @@ def _rule(ev: Evaluator, span: Span, name: str) -> int:
     return ev.file.run.rule(Span(span.start, span.start + number), name, RuleKind.ABORT)
 
 
-def check_count(span: Span, late: Sequence[Actor], depth: int) -> None:
-    """Refuse more objects than a file may let appear; `depth`: how many of them appear each by the one before."""
-    if depth > DEEPEST:
-        raise TOO_MANY_APPEAR.mistake(span, limit=f"{DEEPEST} objects, each by the one before,")
+def check_count(span: Span, late: Sequence[Actor]) -> None:
+    """Refuse more objects than a file may let appear."""
     if len(late) >= MOST:
         raise TOO_MANY_APPEAR.mistake(span, limit=f"{MOST} objects")

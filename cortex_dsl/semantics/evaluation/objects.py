@@ -330,7 +330,7 @@ def _late_actor(
         assert actor.span == node.span
         actor.properties = properties
     else:
-        check_count(node.span, built.late, built.late_depth)
+        check_count(node.span, built.late)
         zero = ev.algebra.literal(0.0)
         index, built.numbered = built.numbered, built.numbered + 1
         actor = Actor(index, _unique(ev, name), kind, node.span, Pose(zero, zero, zero), properties, plain=making.plain)
