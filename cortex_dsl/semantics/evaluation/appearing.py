@@ -51,16 +51,9 @@ def appear(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> Acto
 
 def _entering(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> tuple[Actor, ir.Block]:
     """Return an actor, and the acts that let it enter, with the conditions that its specifiers add."""
-    built, decisions, span = ev.run.built, ev.run.decisions, node.span
-    required, sites, drawn = len(built.requirements), len(decisions.draw_sites), decisions.draw_count
+    built, span = ev.run.built, node.span
+    required = len(built.requirements)
     actor, pose, speed = make()
-    if decisions.draw_count > drawn or len(decisions.draw_sites) > sites:
-        raise NOT_SUPPORTED.mistake(
-            span,
-            what="an object that appears during the run has no place or size that is drawn with the scene",
-            reason="its places, sizes and ages are drawn before the run, when it is not there",
-            cure="draw before the run, as in `spot = new Point on road` or `AGE = Range(5, 80)` at the top level",
-        )
     conditions = [(each.name, each.condition) for each in built.requirements[required:]]
     del built.requirements[required:]
     box = geometry.outline_of(ev, actor)
@@ -92,6 +85,17 @@ def _rule(ev: Evaluator, span: Span, name: str) -> int:
     taken = ev.run.built.late_rules
     number = taken.setdefault((span, name), len([each for each, _ in taken if each == span]))
     return ev.file.run.rule(Span(span.start, span.start + number), name, RuleKind.ABORT)
+
+
+def refuse_drawn_place(ev: Evaluator, drawn: int, span: Span) -> None:
+    """Refuse a place of an object that appears if it is drawn from a region; `drawn`: number of draws before it."""
+    if ev.run.decisions.draw_count > drawn:
+        raise NOT_SUPPORTED.mistake(
+            span,
+            what="an object that appears during the run cannot have a place that is drawn from a region",
+            reason="such places are drawn with the scene",
+            cure="draw the place before the run, as in `spot = new Point on road` at the top level",
+        )
 
 
 def check_count(span: Span, late: Sequence[Actor]) -> None:

@@ -16,7 +16,7 @@ from cortex_dsl.semantics.errors.scene import (
 )
 from cortex_dsl.semantics.errors.values import BESIDE_THE_ROAD
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
-from cortex_dsl.semantics.evaluation.appearing import appear, check_count
+from cortex_dsl.semantics.evaluation.appearing import appear, check_count, refuse_drawn_place
 from cortex_dsl.semantics.evaluation.doors import add_doors, opens_door
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.levels import along_nearest, lanes_in, lower_lanes, require_level
@@ -279,7 +279,12 @@ def _new_late(
             cure="make it before the run" if named == "ego" else "write `new` alone, and `with behavior` what it does",
         )
     if found.sights:
-        raise NOT_SUPPORTED.mistake(node.span, what="`visible` beside another place", reason="", cure="leave it out")
+        raise NOT_SUPPORTED.mistake(
+            node.span,
+            what="an object that appears cannot have a place and `visible`",
+            reason="",
+            cure="remove one of them",
+        )
     then = {each.property: each for each in found.properties if each.property in ("speed", "behavior")}
     settled = ev.at_moment(Moment(scenario=ev.moment.scenario, later=True))
     others = [each for each in found.properties if each.property not in then]
@@ -309,7 +314,9 @@ def _new_late(
         placing = ObjectBuilder(ev, kind, own, builtin, others)
         placing.values = {**properties, "speed": speed}
         placed: list[Placement] = []
+        drawn = ev.run.decisions.draw_count
         pose = _actor_pose(placing, node, replace(found, properties=others), "", placed)
+        refuse_drawn_place(ev, drawn, node.span)
         properties["speed"] = zero
         actor = _late_actor(ev, node, named or f"{kind.name.lower()}", kind, properties, making)
         actor.pose = Pose(zero, zero, zero)
