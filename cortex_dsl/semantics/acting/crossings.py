@@ -7,7 +7,7 @@ the person has passed, the driver goes on. On a map without crossings nobody has
 
 from cortex_dsl.semantics.acting.foreseeing import STANDING
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, left_of_path, others, size_of, state
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import unhidden
@@ -17,7 +17,6 @@ from cortex_dsl.semantics.quantities.algebra import (
     cos,
     maximum,
     minimum,
-    path_pose,
     path_project,
     region_contains,
     sin,
@@ -100,8 +99,7 @@ def clear_of_cyclists(job: Job, path: Term) -> Term | None:
     for each in cyclists:
         there = current_pose(ev, each)
         at = path_project(path, there.x, there.y)
-        x, y, heading = path_pose(path, at)[:3]
-        aside = (there.y - y) * cos(heading) - (there.x - x) * sin(heading)
+        aside = left_of_path(path, at, there)
         apart = abs(aside) - 0.5 * (size_of(job.actor, "width") + size_of(each, "width"))
         long = 0.5 * (size_of(job.actor, "length") + size_of(each, "length"))
         ahead = at - s

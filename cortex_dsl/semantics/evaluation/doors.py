@@ -21,7 +21,6 @@ from cortex_dsl.semantics.model.values import (
     BehaviourValue,
     Door,
     DoorCall,
-    Instance,
     Pose,
     Quantity,
     Value,
@@ -72,16 +71,15 @@ def add_doors(ev: Evaluator, actor: Actor, unique: Callable[[Evaluator, str], st
         or not opens_door(ev, actor.properties.get("behavior"))
     ):
         return
-    absent = Instance(present=False, parent=actor.scenario)
     for side in (side for side in SIDES if side in ev.facts.door_sides):
-        door = _door(ev, actor, side, absent)
+        door = _door(ev, actor, side)
         door.name = unique(ev, f"{actor.name}_{side}_door")
         actor.doors[side] = Door(door, *(ev.run.new_local() for _ in range(3)))
         ev.run.built.zeroed |= {actor.doors[side].opened}
         ev.run.built.actors.append(door)
 
 
-def _door(ev: Evaluator, actor: Actor, side: str, absent: Instance) -> Actor:
+def _door(ev: Evaluator, actor: Actor, side: str) -> Actor:
     literal, model = ev.algebra.literal, MODELS[ActorKind.OBSTACLE]
     properties: dict[str, Value] = {name: literal(float(getattr(model, of))) for name, of in MODEL_FIELDS.items()}
     given = actor.properties.get("doorLength")
@@ -89,7 +87,7 @@ def _door(ev: Evaluator, actor: Actor, side: str, absent: Instance) -> Actor:
     properties |= {"speed": literal(0.0), "length": length, "width": literal(THICKNESS), "fixed": literal(1.0)}
     properties |= {"occluding": literal(1.0), "allowCollisions": True, "regionContainedIn": None}
     pose = _closed(actor, side, length, actor.pose)
-    return Actor(-1, "", ActorKind.OBSTACLE, actor.span, pose, properties, absent, door_of=actor)
+    return Actor(-1, "", ActorKind.OBSTACLE, actor.span, pose, properties, actor.scenario, late=True, door_of=actor)
 
 
 def _closed(actor: Actor, side: str, length: Term, pose: Pose) -> Pose:
