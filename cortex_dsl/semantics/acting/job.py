@@ -118,7 +118,7 @@ class Job:
 
     def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)
-        return next(p for p in BUILTINS[self.call.behaviour.name].parameters if p.name == name)
+        return BUILTINS[self.call.behaviour.name].parameter(name)
 
     def flag(self, name: str, *, default: bool = False) -> bool:
         """A switch that must be known at compile time."""

@@ -29,6 +29,7 @@ from cortex_dsl.semantics.model.values import (
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.properties import MODEL_FIELDS
+from cortex_dsl.semantics.names.tree import OPENS_DOOR
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
@@ -130,7 +131,7 @@ def open_door(ev: Evaluator, bound: dict[str, Given], span: Span) -> DoorCall:
 def _number(ev: Evaluator, bound: dict[str, Given], name: str, usual: float) -> Term:
     if name not in bound:
         return ev.algebra.literal(usual)
-    return number_for(ev, next(p for p in BUILTINS["OpenDoorAction"].parameters if p.name == name), bound[name])
+    return number_for(ev, BUILTINS[OPENS_DOOR].parameter(name), bound[name])
 
 
 def motion(ev: Evaluator, actor: Actor) -> ir.Block:

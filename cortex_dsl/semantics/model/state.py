@@ -508,6 +508,15 @@ class Built:
     late_rules: dict[tuple[Span, str], int] = field(default_factory=dict)
     """Number of each condition of objects that appear, among those of its place."""
 
+    @contextmanager
+    def collecting(self, acts: list[ir.Act]) -> Iterator[None]:
+        """Let objects appear, and add their acts to a list."""
+        self.appearing = acts
+        try:
+            yield
+        finally:
+            self.appearing = None
+
 
 @dataclass
 class VariantState:

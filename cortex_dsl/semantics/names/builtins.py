@@ -59,6 +59,10 @@ class Builtin:
             return self.name
         return f"{self.name}({', '.join([*shown, *(['...'] if self.variadic else [])])})"
 
+    def parameter(self, name: str) -> Parameter:
+        """Return the parameter of a name."""
+        return next(each for each in self.parameters if each.name == name)
+
 
 def _function(name: str, doc: str, *parameters: str, variadic: bool = False) -> Builtin:
     return Builtin(name, Kind.FUNCTION, doc, tuple(map(Parameter, parameters)), variadic)
