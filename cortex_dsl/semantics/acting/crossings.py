@@ -1,8 +1,8 @@
 """Right of way of people on crossings, and the distance that drivers keep from cyclists.
 
 A person on a crossing, or within 1 m of it and walking towards it, has the right of way: where the person's way and
-that of a driver cross, the driver does not go first, however much time it has. Where both ways no longer meet, since
-the person has passed, the driver goes on. On a map without crossings nobody has this right.
+that of a driver cross, the driver does not go first, however much time it has. The driver continues when the ways no
+longer cross because the person has passed. On a map without crossings nobody has this right.
 """
 
 from cortex_dsl.semantics.acting.foreseeing import STANDING
@@ -42,7 +42,7 @@ MOST = 1.0
 
 
 def _surfaces(network: Network, kind: SurfaceKind) -> bool:
-    """Return whether a map has surfaces of a kind; surfaces of a made road without it are not laid for that."""
+    """Return whether a map has surfaces of a kind; for a street, by its specification, without building them."""
     spec = network.spec
     if isinstance(spec, Street):
         return bool(spec.crossings if kind is SurfaceKind.CROSSING else spec.bike_lane)

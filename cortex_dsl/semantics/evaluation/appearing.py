@@ -1,7 +1,7 @@
 """Objects that appear during a run: `new` in a behavior or in `compose`.
 
 Such an object is an actor of the program like all others, absent until its `new` runs. Its place and its speed are
-worked out then, and its other properties with the scene. A `new` in a loop has as many actors as
+computed at that moment, and its other properties with the scene. A `new` in a loop has as many actors as
 `simulation(late=N)` says; each time, the next of them appears. Where its outline touches that of another object, or it
 breaks what its specifiers require, the run is aborted.
 """
@@ -62,7 +62,7 @@ def _entering(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> t
     if not actor.properties.get("allowCollisions", False):
         conditions += list(_free(ev, actor, box))
     if ev.moment.scenario is None:
-        # A run with something to watch goes on while the ego is alone: a behavior may let the object appear yet.
+        # The watched condition keeps a run going while the ego is alone: the object may still appear.
         place = Span(span.start, span.start + actor.index)
         ev.file.run.rule(place, f"{actor.name} is there", RuleKind.WATCH)
         built.rule_conditions[place, RuleKind.WATCH] = geometry.is_present(ev, actor)
@@ -71,7 +71,7 @@ def _entering(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> t
 
 
 def _free(ev: Evaluator, actor: Actor, box: Term) -> list[tuple[str, Term]]:
-    """Return for each other object that it is not there where an actor appears."""
+    """Return, for each other object, the condition that it does not touch an actor that appears."""
     found: list[tuple[str, Term]] = []
     for other in geometry.others(ev, actor):
         apart = box_distance(box, geometry.outline_of(ev, other)) > 0.0

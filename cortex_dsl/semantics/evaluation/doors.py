@@ -1,7 +1,7 @@
 """Doors of parked vehicles: `OpenDoorAction(side, angle, time)`.
 
 A door is an actor of its own, a thin outline at the side of its vehicle. It is absent until it opens; then it turns
-about its hinge at a constant rate and stays open. So contact, distance, sight and pictures know it as any other actor.
+about its hinge at a constant rate and stays open. So contact, distance, sight and pictures treat it as any other actor.
 Only an object whose `behavior` opens a door has one.
 """
 

@@ -269,7 +269,7 @@ def _new_late(
     own: ClassValue | None,
     builtin: str | None,
 ) -> Value:
-    """An object that appears during the run; its place, speed and behavior are those of that moment."""
+    """Return an object that appears during the run; its place, speed and behavior are those of that moment."""
     named = ev.run.assigning
     if named == "ego" or (ev.moment.repeated and named):
         raise NOT_SUPPORTED.mistake(
@@ -330,7 +330,7 @@ def _new_late(
 def _late_actor(
     ev: Evaluator, node: nodes.New, name: str, kind: ActorKind, properties: dict[str, Value], making: ObjectBuilder
 ) -> Actor:
-    """Return the actor of a `new` that is met: a further one, or the same as when behaviours were written before."""
+    """Return the actor of a `new`: a further actor, or that of the same `new` when behaviours were written before."""
     built = ev.run.built
     if built.late_met < len(built.late):
         actor = built.late[built.late_met]
@@ -378,7 +378,7 @@ def starts_on_road(actor: Actor) -> bool:
 
 
 OFF_THE_ROAD = ("curb", "sidewalk", "curbRegion", "sidewalkRegion")
-"""Names of regions on which the middle of no outline between the kerbs lies."""
+"""Names of regions that do not contain the middle of an outline between the kerbs."""
 
 
 def _warn_of_kerb(ev: Evaluator, actor: Actor, node: nodes.New) -> None:
