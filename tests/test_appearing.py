@@ -208,11 +208,19 @@ SEARCHED = (
 )
 
 
+LENGTHS = "Range(0.5, 1.5)"
+
+
 def test_copies_run_to_the_same_outcome() -> None:
     """The copy of a scene has the same states, bit for bit, also with a number of objects in a loop."""
     loop = "while True:\n        new Obstacle behind self by 1 m, with length 1 m\n"
     loop += "        do FollowLaneBehavior(9 m/s) for 1 s"
-    for scenario in (compile_text(ROAD + SEARCHED), dropping(loop, before="simulation(late=6)\n")):
+    drawn = loop.replace("with length 1 m", f"with length {LENGTHS} m")
+    for scenario in (
+        compile_text(ROAD + SEARCHED),
+        dropping(loop, before="simulation(late=6)\n"),
+        dropping(drawn, behind="b = new Car left of ego by 2 m, with speed 10 m/s, with behavior Drops()\n"),
+    ):
         scenes = scenario.sample(3, seed=4)
         for row in range(3):
             copy = compile_text(scenario.concrete(scenes, row))
@@ -220,6 +228,17 @@ def test_copies_run_to_the_same_outcome() -> None:
             one = batch.trajectory(scenario.program, scenes, row, scenario.config.simulation)
             other = batch.trajectory(copy.program, again, 0, copy.config.simulation)
             np.testing.assert_array_equal(one.states, other.states)
+
+
+@examples(10)
+@given(st.integers(0, 10_000))
+def test_properties_are_drawn_with_the_scene(seed: int) -> None:
+    """Each object has a value of its own from the range, which it keeps over the run."""
+    made = f"for i in range(2):\n        new Obstacle behind self by 1 m, with length {LENGTHS} m\n        wait"
+    run = watched(dropping(made), seed)
+    lengths = run.outlines[1:, 0]
+    assert ((lengths >= 0.5) & (lengths <= 1.5)).all()
+    assert len({*lengths.tolist()}) == len(lengths) > 1
 
 
 def test_journals_hold_runs_with_appearing_objects(tmp_path: Path) -> None:

@@ -17,9 +17,10 @@ from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
 from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
-from cortex_dsl.semantics.errors.runs import WHICH_SCENARIO
+from cortex_dsl.semantics.errors.runs import TOO_MANY_APPEAR, WHICH_SCENARIO
 from cortex_dsl.semantics.errors.scene import NO_EGO
 from cortex_dsl.semantics.evaluation import calls, geometry, lists, objects, operators, relations, seeing, texts
+from cortex_dsl.semantics.evaluation.appearing import DEEPEST
 from cortex_dsl.semantics.evaluation.levels import lanes_in
 from cortex_dsl.semantics.evaluation.objects import starts_on_road
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
@@ -31,7 +32,7 @@ from cortex_dsl.semantics.model.marks import Marks, Rewind
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.properties import PROPERTIES
-from cortex_dsl.semantics.names.tree import everything_in, speaks_of_run
+from cortex_dsl.semantics.names.tree import speaks_of_run
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -133,18 +134,18 @@ def _elaborated(ev: Evaluator, module: nodes.Module, first: int, marks: Marks | 
         run_module(ev, module.statements, first, marks)
         composer = set_up_run(ev)
         _compose(ev, composer)
-        _find_late(ev, module)
+        _find_late(ev)
         actors = _finished_actors(ev)
         require_domains(ev, actors)
         _require_visible(ev, actors)
         _require_workspace(ev, actors)
         _rules(ev, module.statements, composer)
         behaviours = [_behaviour(ev, actor) for actor in actors]
-        assert len(actors) == len(run.built.actors)
     except Rejection as rejection:
         return Draft(_rejected(run, rejection), {}, rejection.span, {})
     if ev.file.findings.has_errors:
         return None
+    assert len(actors) == len(run.built.actors)
     network_of(ev)
     variant = ir.Variant(
         probability=oracle.probability,
@@ -213,29 +214,28 @@ def _require_workspace(ev: Evaluator, actors: Sequence[Actor]) -> None:
             ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, ev.facts.line(actor.span)))
 
 
-def _find_late(ev: Evaluator, module: nodes.Module) -> None:
-    """Make the objects that behaviours let appear: others must know them, whose behaviours may be written before.
+def _find_late(ev: Evaluator) -> None:
+    """Make the objects that behaviours let appear, so that all behaviours know them when they are written.
 
-    Behaviours are written until they make no further object, and each time the choices, draws and locals that they have
-    met are forgotten. The last time counts, as for all files without such objects.
+    Each round writes the behaviours of the objects that the round before has made, and resets the choices, draws and
+    locals. Then all behaviours are written anew, as those of a file without such objects.
     """
-    run = ev.run
-    if not any(isinstance(node, nodes.New) for each in _behaviour_nodes(ev, module) for node in everything_in(each)):
+    run, built = ev.run, ev.run.built
+    if not ev.facts.lets_appear:
         return
-    composed, made = len(run.built.late), -1
-    while made < len(run.built.late):
-        made = len(run.built.late)
-        run.built.late_depth += 1
-        before = Rewind(run)
-        for actor in sorted(run.built.actors, key=lambda each: each.index):
+    composed, acting = built.late_met, sorted(built.actors, key=lambda each: each.index)
+    for _ in range(DEEPEST + 1):
+        made, before = len(built.late), Rewind(run)
+        for actor in acting:
             _behaviour(ev, actor)
-        before.restore(late_met=composed)
-
-
-def _behaviour_nodes(ev: Evaluator, module: nodes.Module) -> Iterator[nodes.Node]:
-    """Yield the behaviours that the file and its imports define, also within scenarios."""
-    modules = (module, *(file.module for file in ev.facts.imports.values()))
-    return (node for each in modules for node in everything_in(each) if isinstance(node, nodes.BehaviorDefinition))
+        before.restore()
+        acting, built.late_met = built.late[made:], len(built.late)
+        if not acting:
+            break
+    else:
+        limit = f"{DEEPEST} objects, each by the one before,"
+        ev.report(TOO_MANY_APPEAR.at(acting[0].span, limit=limit))
+    built.late_met = composed
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:

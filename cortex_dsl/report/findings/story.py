@@ -67,7 +67,7 @@ def story_of(
     moments = [
         *_starts(program, trajectory, unit),
         *(m for actor in range(len(program.actors)) for m in _of_actor(trajectory, actor, contact_time, unit)),
-        *_left_road(outcomes, row),
+        *_left_road(trajectory, outcomes, row),
         *_others_contact(program, outcomes, row),
         *_of_pair(program, outcomes, row, pair, unit),
         end_of(program, outcomes, row),
@@ -165,10 +165,13 @@ def _stretches(time: NDArray[np.float64], on: NDArray[np.bool_]) -> Iterator[tup
         yield start, stop
 
 
-def _left_road(outcomes: Outcomes, row: int) -> Iterator[Moment]:
+def _left_road(trajectory: Trajectory, outcomes: Outcomes, row: int) -> Iterator[Moment]:
+    """Yield when each actor is first off the road: when it leaves the road, or when it becomes present."""
     for actor, time in enumerate(outcomes.left_road_time[row]):
         if np.isfinite(time):
-            text = "leaves the road" if time > 0 else "starts off the road"
+            before = trajectory.states[trajectory.time < time - 1e-9, actor, State.PRESENT]
+            beginning = "starts off the road" if len(before) == 0 else "comes in off the road"
+            text = "leaves the road" if np.any(before > 0.5) else beginning
             yield Moment(float(time), actor, "left_road", text)
 
 

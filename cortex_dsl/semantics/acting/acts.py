@@ -274,13 +274,10 @@ def _evaluate(body: Body, node: nodes.Expression) -> tuple[Value, ir.Block]:
     """Return the value of an expression, and the acts of an object that it lets appear."""
     if not isinstance(node, nodes.New) or not body.inliner.lets_appear:
         return body.ev.evaluate(node), ()
-    built = body.ev.run.built
-    built.appearing = []
-    try:
+    appearing: list[ir.Act] = []
+    with body.ev.run.built.collecting(appearing):
         value = body.ev.evaluate(node)
-        return value, tuple(built.appearing)
-    finally:
-        built.appearing = None
+    return value, tuple(appearing)
 
 
 def _augmented(body: Body, node: nodes.AugmentedAssign) -> ir.Block:

@@ -138,6 +138,7 @@ class Inliner:
 
     @property
     def lets_appear(self) -> bool:
+        """Return whether it is a behavior of an actor, and no monitor."""
         return self.actor is not None
 
     def started(self, call: BehaviourCall) -> ir.Block:

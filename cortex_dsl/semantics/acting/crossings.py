@@ -1,13 +1,13 @@
 """Right of way of people on crossings, and the distance that drivers keep from cyclists.
 
 A person on a crossing, or within 1 m of it and walking towards it, has the right of way: where the person's way and
-that of a driver cross, the driver does not go first, however much time it has. Where both ways no longer meet, since
-the person has passed, the driver goes on. On a map without crossings nobody has this right.
+that of a driver cross, the driver does not go first, however much time it has. The driver continues when the ways no
+longer cross because the person has passed. On a map without crossings nobody has this right.
 """
 
 from cortex_dsl.semantics.acting.foreseeing import STANDING
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, left_of_path, others, size_of, state
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import unhidden
@@ -17,7 +17,6 @@ from cortex_dsl.semantics.quantities.algebra import (
     cos,
     maximum,
     minimum,
-    path_pose,
     path_project,
     region_contains,
     sin,
@@ -43,7 +42,7 @@ MOST = 1.0
 
 
 def _surfaces(network: Network, kind: SurfaceKind) -> bool:
-    """Return whether a map has surfaces of a kind; surfaces of a made road without it are not laid for that."""
+    """Return whether a map has surfaces of a kind; for a street, by its specification, without building them."""
     spec = network.spec
     if isinstance(spec, Street):
         return bool(spec.crossings if kind is SurfaceKind.CROSSING else spec.bike_lane)
@@ -100,8 +99,7 @@ def clear_of_cyclists(job: Job, path: Term) -> Term | None:
     for each in cyclists:
         there = current_pose(ev, each)
         at = path_project(path, there.x, there.y)
-        x, y, heading = path_pose(path, at)[:3]
-        aside = (there.y - y) * cos(heading) - (there.x - x) * sin(heading)
+        aside = left_of_path(path, at, there)
         apart = abs(aside) - 0.5 * (size_of(job.actor, "width") + size_of(each, "width"))
         long = 0.5 * (size_of(job.actor, "length") + size_of(each, "length"))
         ahead = at - s

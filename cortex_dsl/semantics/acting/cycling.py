@@ -17,7 +17,7 @@ from cortex_dsl.semantics.acting.caution import entries_of, must_wait, room_befo
 from cortex_dsl.semantics.acting.following import LEAST_GAP, idm, path_to_follow
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
-from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, left_of_path, others, size_of, state
 from cortex_dsl.semantics.evaluation.lanes import chosen, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import notice_reach, unhidden
@@ -30,7 +30,6 @@ from cortex_dsl.semantics.quantities.algebra import (
     maximum,
     path_pose,
     path_project,
-    sin,
     where,
 )
 from engine.frozen import frozen
@@ -141,10 +140,9 @@ def _comes_up(ride: _Ride, other: Actor) -> Term:
     job, ev = ride.job, ride.job.ev
     there = current_pose(ev, other)
     at = path_project(ride.path, there.x, there.y)
-    x, y, heading = path_pose(ride.path, at)[:3]
-    aside = abs((there.y - y) * cos(heading) - (there.x - x) * sin(heading))
+    aside = abs(left_of_path(ride.path, at, there))
     long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length"))
-    closing = state(ev, other, State.SPEED) * cos(there.heading - heading) - job.speed()
+    closing = state(ev, other, State.SPEED) * cos(there.heading - path_pose(ride.path, at)[2]) - job.speed()
     gap = ride.at - at - long
     near = (gap < closing * LOOK_TIME) | (gap < 0.0)
     in_lane = aside < 0.5 * size_of(other, "width") + EDGE
@@ -167,11 +165,8 @@ def _blocks(job: Job, path: Term, at: Term, other: Actor) -> Term:
     """Return the gap to a standing vehicle that leaves too little room beside it [m], else infinity."""
     ev, here, there = job.ev, current_pose(job.ev, job.actor), current_pose(job.ev, other)
     s = path_project(path, there.x, there.y)
-    x, y, heading = path_pose(path, s)[:3]
-    own_x, own_y, own_heading = path_pose(path, at)[:3]
-    theirs = (there.y - y) * cos(heading) - (there.x - x) * sin(heading)
-    mine = (here.y - own_y) * cos(own_heading) - (here.x - own_x) * sin(own_heading)
-    apart = abs(theirs - mine) - 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
+    aside = left_of_path(path, s, there) - left_of_path(path, at, here)
+    apart = abs(aside) - 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
     gap = s - at - 0.5 * (size_of(job.actor, "length") + size_of(other, "length"))
     stands = abs(state(ev, other, State.SPEED)) < STANDING
     close = (apart < job.number("clearance", CLEARANCE)) & (gap > 0.0) & (s > at)

@@ -41,7 +41,7 @@ from cortex_dsl.semantics.acting.foreseeing import (
     throttle,
 )
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, STOPPING, Job, speed_to_stop
-from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, left_of_path, others, size_of, state
 from cortex_dsl.semantics.evaluation.seeing import unhidden
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import (
@@ -272,8 +272,8 @@ def _lost(job: Job, other: Actor) -> Term:
 def _beside(job: Job, path: Term) -> tuple[Term, Term]:
     """Return the actor's offset to the left of its way, and the extra reach of its oblique outline [m]."""
     here = current_pose(job.ev, job.actor)
-    x, y, heading = path_pose(path, path_project(path, here.x, here.y))[:3]
-    off = (here.y - y) * cos(heading) - (here.x - x) * sin(heading)
+    s = path_project(path, here.x, here.y)
+    off, heading = left_of_path(path, s, here), path_pose(path, s)[2]
     askew = 0.5 * size_of(job.actor, "length") * abs(sin(here.heading - heading))
     return off, askew
 

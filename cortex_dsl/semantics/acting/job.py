@@ -99,7 +99,7 @@ class Job:
     def _compare_with_lane(self, span: Span) -> None:
         """Warn of an offset, or the largest of its range, at which the outline leaves the lane."""
         if isinstance(self.given("trajectory"), Alignment):
-            return  # a path of its own, whose width nobody knows
+            return  # the width of such a path is unknown
         reach = max(map(abs, self.ev.interval(self.number("offset"))))
         given = self.given("laneToFollow")
         lane = (
@@ -118,7 +118,7 @@ class Job:
 
     def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)
-        return next(p for p in BUILTINS[self.call.behaviour.name].parameters if p.name == name)
+        return BUILTINS[self.call.behaviour.name].parameter(name)
 
     def flag(self, name: str, *, default: bool = False) -> bool:
         """A switch that must be known at compile time."""

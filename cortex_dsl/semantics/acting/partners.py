@@ -7,7 +7,7 @@ from cortex_dsl.semantics.acting.braking import STANDSTILL, closing_speed, meets
 from cortex_dsl.semantics.acting.foreseeing import Conflict, Extent, Sight, braking_helps, can_stop, foreseen
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
-from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, left_of_path, others, size_of, state
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import unhidden
@@ -85,7 +85,7 @@ def _beside(job: Job, other: Actor) -> Beside:
     s, foot = path_project(path, there.x, there.y), path_project(path, here.x, here.y)
     long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length"))
     wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
-    aside = _left_of(path, s, there) - _left_of(path, foot, here)
+    aside = left_of_path(path, s, there) - left_of_path(path, foot, here)
     _, _, heading = path_pose(path, s)
     speed, turn = state(ev, other, State.SPEED), there.heading - heading
     across, along = speed * sin(turn), cos(turn)
@@ -104,11 +104,6 @@ def _lane_path(job: Job, pose: Pose, paths: list[int]) -> Term:
     lane = index_of(job.ev, lane_at(job.ev, pose))
     assert lane is not None
     return looked_up(job.ev, lane, [float(path) for path in paths], missing=0.0)
-
-
-def _left_of(path: Term, s: Term, pose: Pose) -> Term:
-    x, y, heading = path_pose(path, s)
-    return (pose.y - y) * cos(heading) - (pose.x - x) * sin(heading)
 
 
 def partners_of(job: Job, extent: Callable[[Actor], Extent]) -> list[Seen]:

@@ -174,7 +174,9 @@ def _set(ev: Evaluator, argument: Given) -> None:
         _check_text(name, argument)
         return
     if name == "late":
-        ev.run.built.late_limit = _count(ev, argument, Domain("`late`", PURE, 1.0, 32.0))
+        count = _count(ev, argument, Domain("`late`", PURE, 1.0, 32.0))
+        ev.file.settings.check(argument.span, "`late`", count)
+        ev.file.settings.late = count
         return
     ev.file.settings.put(argument.span, f"`{name}`", **{name: _setting(ev, name, argument)})
 

@@ -23,7 +23,7 @@ from engine.vocabulary import Command
 
 WARNING = Action(control.WARNING, "", control.NO_WARNINGS, 1.0)
 LONGEST = 60.0
-"""Largest time to collision at a warning that is told [s]; without a collision course it is infinite."""
+"""Largest time to collision at a warning that is reported [s]; without a collision course it is infinite."""
 DECELERATION, REACTION = 4.0, 1.2
 """Brake of a person after a warning [m/s^2, s]: those of the robot in tests of forward collision warnings. Source: Euro
 NCAP, Crash Avoidance - Frontal Collisions, Protocol v1.1 (2025).
@@ -73,7 +73,7 @@ def _noted(job: Job, inner: ir.Block, warns: Term) -> ir.Block:
 def brake_after_warning(job: Job) -> ir.Block:
     """Run another behaviour; after the first warning, brake at least by a deceleration.
 
-    Of a behavior that runs another one, the person takes the place of the inner one: an emergency brake brakes harder.
+    If that behavior runs an inner behavior, the person drives the inner one: an emergency brake still brakes harder.
     """
     span = job.call.spans["behavior"]
     call = as_behaviour(job.given("behavior"), span)

@@ -69,7 +69,7 @@ class Coroutine:
         clock, handlers = self._time_limits(body, during)
         if handlers:
             inner = (ir.TryInterrupt(span, inner, handlers),)
-        own = [actor.index for actor in instance.actors if not actor.late and actor.door_of is None]
+        own = [actor.index for actor in instance.actors if not actor.late]
         spawn = (ir.Spawn(span, tuple(own)),) if own and not instance.present else ()
         return Written((*spawn, *instance.entering, *starts, *clock, *inner, stop((instance,), span)), before, during)
 

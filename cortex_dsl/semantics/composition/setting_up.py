@@ -307,16 +307,13 @@ def _make_or_wait(ev: Evaluator, statement: nodes.Statement, made: nodes.New, in
     finally:
         built.may_appear = False
     names = statement.targets if isinstance(statement, nodes.Assign) else ()
-    built.appearing = instance.entering
     try:
-        with ev.naming(names[0] if names else ""):
+        with ev.naming(names[0] if names else ""), built.collecting(instance.entering):
             value = ev.at_moment(Moment(running=True, scenario=instance)).evaluate(made)
         instance.names.update(dict.fromkeys(names, value))
     except Mistake as mistake:
         ev.report(mistake)
         instance.names.update(dict.fromkeys(names, POISON))
-    finally:
-        built.appearing = None
 
 
 def number(run: VariantState) -> None:

@@ -89,7 +89,7 @@ def _curvature(ev: Evaluator, word: str, name: str, given: Given) -> float:
 
 def _number(ev: Evaluator, word: str, name: str, given: Given) -> float:
     """Return a number of a segment, which is known before the run."""
-    parameter = next(each for each in BUILTINS[word].parameters if each.name == name)
+    parameter = BUILTINS[word].parameter(name)
     assert parameter.dimension is not None
     value = ev.constant(Quantity(number_for(ev, parameter, given), parameter.dimension), given.span, f"`{name}`")
     if name != "radius" and not name.endswith("_radius") and value <= 0.0:

@@ -1,7 +1,7 @@
 """Objects that appear during a run: `new` in a behavior or in `compose`.
 
 Such an object is an actor of the program like all others, absent until its `new` runs. Its place and its speed are
-worked out then, and its other properties with the scene. A `new` in a loop has as many actors as
+computed at that moment, and its other properties with the scene. A `new` in a loop has as many actors as
 `simulation(late=N)` says; each time, the next of them appears. Where its outline touches that of another object, or it
 breaks what its specifiers require, the run is aborted.
 """
@@ -37,7 +37,7 @@ def appear(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> Acto
         actor, block = _entering(ev, node, make, on_road=on_road)
         built.appearing.extend(block)
         return actor
-    count = built.late_limit
+    count = ev.file.settings.late
     counter = ev.run.new_local()
     made = [_entering(ev, node, make, on_road=on_road) for _ in range(count)]
     name = f"at most {count} objects of line {ev.facts.line(node.span)} appear, by `late` of `simulation`"
@@ -51,16 +51,9 @@ def appear(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> Acto
 
 def _entering(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> tuple[Actor, ir.Block]:
     """Return an actor, and the acts that let it enter, with the conditions that its specifiers add."""
-    built, decisions, span = ev.run.built, ev.run.decisions, node.span
-    required, sites, drawn = len(built.requirements), len(decisions.draw_sites), decisions.draw_count
+    built, span = ev.run.built, node.span
+    required = len(built.requirements)
     actor, pose, speed = make()
-    if decisions.draw_count > drawn or len(decisions.draw_sites) > sites:
-        raise NOT_SUPPORTED.mistake(
-            span,
-            what="an object that appears during the run has no place or size that is drawn with the scene",
-            reason="its places, sizes and ages are drawn before the run, when it is not there",
-            cure="draw before the run, as in `spot = new Point on road` or `AGE = Range(5, 80)` at the top level",
-        )
     conditions = [(each.name, each.condition) for each in built.requirements[required:]]
     del built.requirements[required:]
     box = geometry.outline_of(ev, actor)
@@ -69,7 +62,7 @@ def _entering(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> t
     if not actor.properties.get("allowCollisions", False):
         conditions += list(_free(ev, actor, box))
     if ev.moment.scenario is None:
-        # A run with something to watch goes on while the ego is alone: a behavior may let the object appear yet.
+        # The watched condition keeps a run going while the ego is alone: the object may still appear.
         place = Span(span.start, span.start + actor.index)
         ev.file.run.rule(place, f"{actor.name} is there", RuleKind.WATCH)
         built.rule_conditions[place, RuleKind.WATCH] = geometry.is_present(ev, actor)
@@ -78,7 +71,7 @@ def _entering(ev: Evaluator, node: nodes.New, make: Make, *, on_road: bool) -> t
 
 
 def _free(ev: Evaluator, actor: Actor, box: Term) -> list[tuple[str, Term]]:
-    """Return for each other object that it is not there where an actor appears."""
+    """Return, for each other object, the condition that it does not touch an actor that appears."""
     found: list[tuple[str, Term]] = []
     for other in geometry.others(ev, actor):
         apart = box_distance(box, geometry.outline_of(ev, other)) > 0.0
@@ -94,9 +87,18 @@ def _rule(ev: Evaluator, span: Span, name: str) -> int:
     return ev.file.run.rule(Span(span.start, span.start + number), name, RuleKind.ABORT)
 
 
-def check_count(span: Span, late: Sequence[Actor], depth: int) -> None:
-    """Refuse more objects than a file may let appear; `depth`: how many of them appear each by the one before."""
-    if depth > DEEPEST:
-        raise TOO_MANY_APPEAR.mistake(span, limit=f"{DEEPEST} objects, each by the one before,")
+def refuse_drawn_place(ev: Evaluator, drawn: int, span: Span) -> None:
+    """Refuse a place of an object that appears if it is drawn from a region; `drawn`: number of draws before it."""
+    if ev.run.decisions.draw_count > drawn:
+        raise NOT_SUPPORTED.mistake(
+            span,
+            what="an object that appears during the run cannot have a place that is drawn from a region",
+            reason="such places are drawn with the scene",
+            cure="draw the place before the run, as in `spot = new Point on road` at the top level",
+        )
+
+
+def check_count(span: Span, late: Sequence[Actor]) -> None:
+    """Refuse more objects than a file may let appear."""
     if len(late) >= MOST:
         raise TOO_MANY_APPEAR.mistake(span, limit=f"{MOST} objects")

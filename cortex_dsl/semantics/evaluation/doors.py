@@ -1,7 +1,7 @@
 """Doors of parked vehicles: `OpenDoorAction(side, angle, time)`.
 
 A door is an actor of its own, a thin outline at the side of its vehicle. It is absent until it opens; then it turns
-about its hinge at a constant rate and stays open. So contact, distance, sight and pictures know it as any other actor.
+about its hinge at a constant rate and stays open. So contact, distance, sight and pictures treat it as any other actor.
 Only an object whose `behavior` opens a door has one.
 """
 
@@ -21,7 +21,6 @@ from cortex_dsl.semantics.model.values import (
     BehaviourValue,
     Door,
     DoorCall,
-    Instance,
     Pose,
     Quantity,
     Value,
@@ -30,6 +29,7 @@ from cortex_dsl.semantics.model.values import (
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.properties import MODEL_FIELDS
+from cortex_dsl.semantics.names.tree import OPENS_DOOR
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
@@ -72,16 +72,15 @@ def add_doors(ev: Evaluator, actor: Actor, unique: Callable[[Evaluator, str], st
         or not opens_door(ev, actor.properties.get("behavior"))
     ):
         return
-    absent = Instance(present=False, parent=actor.scenario)
     for side in (side for side in SIDES if side in ev.facts.door_sides):
-        door = _door(ev, actor, side, absent)
+        door = _door(ev, actor, side)
         door.name = unique(ev, f"{actor.name}_{side}_door")
         actor.doors[side] = Door(door, *(ev.run.new_local() for _ in range(3)))
         ev.run.built.zeroed |= {actor.doors[side].opened}
         ev.run.built.actors.append(door)
 
 
-def _door(ev: Evaluator, actor: Actor, side: str, absent: Instance) -> Actor:
+def _door(ev: Evaluator, actor: Actor, side: str) -> Actor:
     literal, model = ev.algebra.literal, MODELS[ActorKind.OBSTACLE]
     properties: dict[str, Value] = {name: literal(float(getattr(model, of))) for name, of in MODEL_FIELDS.items()}
     given = actor.properties.get("doorLength")
@@ -89,7 +88,7 @@ def _door(ev: Evaluator, actor: Actor, side: str, absent: Instance) -> Actor:
     properties |= {"speed": literal(0.0), "length": length, "width": literal(THICKNESS), "fixed": literal(1.0)}
     properties |= {"occluding": literal(1.0), "allowCollisions": True, "regionContainedIn": None}
     pose = _closed(actor, side, length, actor.pose)
-    return Actor(-1, "", ActorKind.OBSTACLE, actor.span, pose, properties, absent, door_of=actor)
+    return Actor(-1, "", ActorKind.OBSTACLE, actor.span, pose, properties, actor.scenario, late=True, door_of=actor)
 
 
 def _closed(actor: Actor, side: str, length: Term, pose: Pose) -> Pose:
@@ -132,7 +131,7 @@ def open_door(ev: Evaluator, bound: dict[str, Given], span: Span) -> DoorCall:
 def _number(ev: Evaluator, bound: dict[str, Given], name: str, usual: float) -> Term:
     if name not in bound:
         return ev.algebra.literal(usual)
-    return number_for(ev, next(p for p in BUILTINS["OpenDoorAction"].parameters if p.name == name), bound[name])
+    return number_for(ev, BUILTINS[OPENS_DOOR].parameter(name), bound[name])
 
 
 def motion(ev: Evaluator, actor: Actor) -> ir.Block:

@@ -32,6 +32,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     atan2,
     cos,
     hypot,
+    path_pose,
     region_contains,
     region_contains_box,
     road_heading,
@@ -209,6 +210,12 @@ def moved(start: Vector, heading: Term, right: Term, ahead: Term) -> Vector:
     """`start` displaced by a local offset under a heading."""
     c, s = cos(heading), sin(heading)
     return Vector(start.x + (ahead * c + right * s), start.y + (ahead * s - right * c))
+
+
+def left_of_path(path: Term, s: Term, place: Pose) -> Term:
+    """Return how far a place is to the left of the pose at an arc length of a path [m]."""
+    x, y, heading = path_pose(path, s)
+    return (place.y - y) * cos(heading) - (place.x - x) * sin(heading)
 
 
 def direction_at(field: DirectionField, point: Vector) -> Term:

@@ -16,7 +16,7 @@ from cortex_dsl.semantics.errors.scene import (
 )
 from cortex_dsl.semantics.errors.values import BESIDE_THE_ROAD
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
-from cortex_dsl.semantics.evaluation.appearing import appear, check_count
+from cortex_dsl.semantics.evaluation.appearing import appear, check_count, refuse_drawn_place
 from cortex_dsl.semantics.evaluation.doors import add_doors, opens_door
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.levels import along_nearest, lanes_in, lower_lanes, require_level
@@ -269,7 +269,7 @@ def _new_late(
     own: ClassValue | None,
     builtin: str | None,
 ) -> Value:
-    """An object that appears during the run; its place, speed and behavior are those of that moment."""
+    """Return an object that appears during the run; its place, speed and behavior are those of that moment."""
     named = ev.run.assigning
     if named == "ego" or (ev.moment.repeated and named):
         raise NOT_SUPPORTED.mistake(
@@ -279,7 +279,12 @@ def _new_late(
             cure="make it before the run" if named == "ego" else "write `new` alone, and `with behavior` what it does",
         )
     if found.sights:
-        raise NOT_SUPPORTED.mistake(node.span, what="`visible` beside another place", reason="", cure="leave it out")
+        raise NOT_SUPPORTED.mistake(
+            node.span,
+            what="an object that appears cannot have a place and `visible`",
+            reason="",
+            cure="remove one of them",
+        )
     then = {each.property: each for each in found.properties if each.property in ("speed", "behavior")}
     settled = ev.at_moment(Moment(scenario=ev.moment.scenario, later=True))
     others = [each for each in found.properties if each.property not in then]
@@ -309,7 +314,9 @@ def _new_late(
         placing = ObjectBuilder(ev, kind, own, builtin, others)
         placing.values = {**properties, "speed": speed}
         placed: list[Placement] = []
+        drawn = ev.run.decisions.draw_count
         pose = _actor_pose(placing, node, replace(found, properties=others), "", placed)
+        refuse_drawn_place(ev, drawn, node.span)
         properties["speed"] = zero
         actor = _late_actor(ev, node, named or f"{kind.name.lower()}", kind, properties, making)
         actor.pose = Pose(zero, zero, zero)
@@ -323,14 +330,14 @@ def _new_late(
 def _late_actor(
     ev: Evaluator, node: nodes.New, name: str, kind: ActorKind, properties: dict[str, Value], making: ObjectBuilder
 ) -> Actor:
-    """Return the actor of a `new` that is met: a further one, or the same as when behaviours were written before."""
+    """Return the actor of a `new`: a further actor, or that of the same `new` when behaviours were written before."""
     built = ev.run.built
     if built.late_met < len(built.late):
         actor = built.late[built.late_met]
         assert actor.span == node.span
         actor.properties = properties
     else:
-        check_count(node.span, built.late, built.late_depth)
+        check_count(node.span, built.late)
         zero = ev.algebra.literal(0.0)
         index, built.numbered = built.numbered, built.numbered + 1
         actor = Actor(index, _unique(ev, name), kind, node.span, Pose(zero, zero, zero), properties, plain=making.plain)
@@ -371,7 +378,7 @@ def starts_on_road(actor: Actor) -> bool:
 
 
 OFF_THE_ROAD = ("curb", "sidewalk", "curbRegion", "sidewalkRegion")
-"""Names of regions on which the middle of no outline between the kerbs lies."""
+"""Names of regions that do not contain the middle of an outline between the kerbs."""
 
 
 def _warn_of_kerb(ev: Evaluator, actor: Actor, node: nodes.New) -> None:

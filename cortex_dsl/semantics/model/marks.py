@@ -21,7 +21,7 @@ _COPY: dict[type, Callable[[Any], Any]] = {each: each.copy for each in (list, di
 Contents = dict[str, Any]
 
 
-def contents_of(holder: object) -> Contents:
+def _contents(holder: object) -> Contents:
     """The fields of a part of the state, containers copied."""
     return {name: _COPY[type(v)](v) if type(v) in _COPY else v for name, v in holder.__dict__.items()}
 
@@ -61,7 +61,7 @@ class Marks:
         if statement in self.idle or run.built.actors or run.outlived:
             return
         imported = {name: dict(names) for name, names in run.imported.items()}
-        whole, made, decided = map(contents_of, (run, run.built, run.decisions))
+        whole, made, decided = map(_contents, (run, run.built, run.decisions))
         self.marks.append(Mark(statement, decisions, whole, made, decided, imported, run.algebra.sizes()))
 
     def back(self, oracle: Oracle) -> tuple[VariantState, int] | None:
@@ -98,14 +98,13 @@ class Rewind:
 
     def __init__(self, run: VariantState) -> None:
         self.run, oracle = run, run.decisions.oracle
-        self.built, self.decisions = contents_of(run.built), contents_of(run.decisions)
+        self.built, self.decisions = _contents(run.built), _contents(run.decisions)
         self.oracle = list(oracle.decisions), oracle.ways
 
-    def restore(self, late_met: int | None = None) -> None:
-        """Reset the state; `late_met`: number of appearing objects that count as met, by default that of the state."""
+    def restore(self) -> None:
+        """Reset the state. Callable once: the state then owns the stored containers."""
         run = self.run
         kept = {name: getattr(run.built, name) for name in self.KEPT}
         run.built.__dict__.update(self.built | kept)
-        run.built.late_met = run.built.late_met if late_met is None else late_met
         run.decisions.__dict__.update(self.decisions)
         run.decisions.oracle.decisions[:], run.decisions.oracle.ways = self.oracle

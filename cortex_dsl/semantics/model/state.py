@@ -291,6 +291,8 @@ class FileFacts:
     """Whether it reads warnings of a driver; then controllers are asked for them."""
     attributes_set: frozenset[str]
     """Every attribute that the run may change."""
+    lets_appear: bool
+    """Whether a behavior may let an object appear."""
     domains: ir.DomainUse | None = None
     """Effect of `domain` lines; None: they have none."""
     door_openers: frozenset[str] = frozenset()
@@ -320,6 +322,8 @@ class RunSettings:
     given: Settings
     max_steps: int | None = None
     """Number of steps in `terminate after N steps`."""
+    late: int = 4
+    """Number of objects of one `new` in a loop."""
 
     stated: dict[tuple[str, Span], float | int | str] = field(default_factory=dict)
     """Settings by their words for messages and their places in the file."""
@@ -499,14 +503,19 @@ class Built:
     """Whether an object of a scenario that starts later may wait for its place until then (`NeedsRun`)."""
     late: list[Actor] = field(default_factory=list)
     """Objects that appear during the run, in the order in which their `new` is met."""
-    late_depth: int = 0
-    """Times that behaviors were written to find the objects that they let appear."""
     late_met: int = 0
-    """Number of those that were met since behaviours are written again."""
-    late_limit: int = 4
-    """Number of objects of one `new` in a loop: `simulation(late=N)`."""
+    """Number of those that were met since behaviours were last written anew."""
     late_rules: dict[tuple[Span, str], int] = field(default_factory=dict)
     """Number of each condition of objects that appear, among those of its place."""
+
+    @contextmanager
+    def collecting(self, acts: list[ir.Act]) -> Iterator[None]:
+        """Let objects appear, and add their acts to a list."""
+        self.appearing = acts
+        try:
+            yield
+        finally:
+            self.appearing = None
 
 
 @dataclass

@@ -276,10 +276,11 @@ class Actor:
     cells: "dict[str, Cell]" = field(default_factory=dict)  # its own properties that the run may change
     builtin: str = ""  # the class of the language that it is of
     classes: "tuple[ClassValue, ...]" = ()  # those of the file that it is of, nearest first
-    late: bool = False  # a `new` of the run lets it appear
+    late: bool = False  # it is absent until an act of a behavior or of `compose` lets it enter
     doors: "dict[str, Door]" = field(default_factory=dict)
     """Doors that its behavior opens, by side."""
     door_of: "Actor | None" = None
+    """Vehicle whose door it is."""
 
     @property
     def present(self) -> bool:

@@ -8,7 +8,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         # -- places and objects
         "x": "East of the centre of the map.",
         "y": "North of the centre of the map.",
-        "z": "0: heights are not simulated; of a point, also of `x.position`.",
+        "z": "0, because heights are not simulated.",
         "position": "The point alone.",
         "heading": "Anticlockwise from the east; from the north in files with a `model` line.",
         "velocity": "Its speed in the direction in which it moves: `.x` to the east, `.y` to the north.",

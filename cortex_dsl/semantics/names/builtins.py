@@ -59,6 +59,10 @@ class Builtin:
             return self.name
         return f"{self.name}({', '.join([*shown, *(['...'] if self.variadic else [])])})"
 
+    def parameter(self, name: str) -> Parameter:
+        """Return the parameter of a name."""
+        return next(each for each in self.parameters if each.name == name)
+
 
 def _function(name: str, doc: str, *parameters: str, variadic: bool = False) -> Builtin:
     return Builtin(name, Kind.FUNCTION, doc, tuple(map(Parameter, parameters)), variadic)
@@ -273,7 +277,7 @@ _ROWS = (
                Parameter("delay", TIME, "0.35 s", low=0.0), Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
                Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT, Parameter("foresees", default="True"),
                Parameter("warning_ttc", TIME, "none", low=0.0), _YIELDS),
-    _behaviour("ManualBrakeBehavior", "Run another behavior; a person brakes at least so hard after its warning.",
+    _behaviour("ManualBrakeBehavior", "Run another behavior; brake as a person does after its first warning.",
                _INNER, Parameter("deceleration", ACCELERATION, "4 m/s^2", low=0.0),
                Parameter("delay", TIME, "1.2 s", low=0.0)),
     _behaviour("RSSBehavior", "Run another behavior; brake where responsibility-sensitive safety calls it dangerous.",

@@ -95,22 +95,38 @@ def attributes_set(module: nodes.Module) -> frozenset[str]:
     return frozenset(node.target.name for node in everything_in(module) if isinstance(node, nodes.SetAttribute))
 
 
+def _behaviours(module: nodes.Module) -> Iterator[nodes.BehaviorDefinition]:
+    return (node for node in everything_in(module) if isinstance(node, nodes.BehaviorDefinition))
+
+
+def lets_appear(module: nodes.Module) -> bool:
+    """Return True if a behaviour makes an object or a place."""
+    return any(isinstance(node, nodes.New) for each in _behaviours(module) for node in everything_in(each))
+
+
+OPENS_DOOR = "OpenDoorAction"
+
+
 def door_openers(module: nodes.Module) -> frozenset[str]:
-    """Every behaviour that opens a door, or names a behaviour that does."""
-    behaviours = [node for node in everything_in(module) if isinstance(node, nodes.BehaviorDefinition)]
-    named = {each.name: {n.id for n in everything_in(each) if isinstance(n, nodes.Name)} for each in behaviours}
+    """Return every behaviour that opens a door, or names a behaviour that does."""
+    if not any(isinstance(node, nodes.Name) and node.id == OPENS_DOOR for node in everything_in(module)):
+        return frozenset()
+    named = {
+        each.name: {node.id for node in everything_in(each) if isinstance(node, nodes.Name)}
+        for each in _behaviours(module)
+    }
     found: set[str] = set()
-    while more := {name for name, ids in named.items() if ids & {"OpenDoorAction", *found}} - found:
+    while more := {name for name, ids in named.items() if ids & {OPENS_DOOR, *found}} - found:
         found |= more
     return frozenset(found)
 
 
 def door_sides(module: nodes.Module) -> frozenset[str]:
-    """Sides of the doors that a file opens; both where a side is no text."""
+    """Return the sides of the doors that a file opens; both where a side is no text."""
     calls = (node for node in everything_in(module) if isinstance(node, nodes.Call))
     found: set[str] = set()
     for call in calls:
-        if isinstance(call.function, nodes.Name) and call.function.id == "OpenDoorAction":
+        if isinstance(call.function, nodes.Name) and call.function.id == OPENS_DOOR:
             side = next((each.value for each in call.arguments if each.name in (None, "side")), None)
             found |= {side.value} if isinstance(side, nodes.String) else {"left", "right"}
     return frozenset(found)

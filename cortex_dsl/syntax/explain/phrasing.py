@@ -262,6 +262,10 @@ def range_in_words(context: ErrorContext) -> Diagnostic | None:
     return errors.FOREIGN_SPELLING.at(Span(*match.span()), "a range is written `Range(low, high)`", cure=cure)
 
 
+_AFTER_PART = {"an object": ("at", "after"), "`at P`": (",", "after", "by", ""), "`after T`": (",", "by", "")}
+"""Words before which a part of a meeting is missing."""
+
+
 def meeting_incomplete(context: ErrorContext) -> Diagnostic | None:
     """`new Car meeting ego after 4 s`."""
     words, place = context.words, context.place
@@ -269,20 +273,16 @@ def meeting_incomplete(context: ErrorContext) -> Diagnostic | None:
     said = [word.text for word in words[start + 1 : place]]
     if not start or "," in said or "after" in said or context.bracket is not None:
         return None
-    lacks = "after T" if "at" in said else "at P" if said else "an object"
-    if lacks == "an object" and context.found.text not in ("at", "after"):
+    lacks = "`after T`" if "at" in said else "`at P`" if said else "an object"
+    if context.found.text not in _AFTER_PART[lacks] and not (said and context.found.kind == "end"):
         return None
-    if lacks == "after T" and context.found.text not in (",", "by", "") and context.found.kind != "end":
-        return None
-    if lacks == "at P" and context.found.text not in (",", "after", "by", "") and context.found.kind != "end":
-        return None
-    other = context.source.text[words[start + 1].span.start : words[place - 1].span.end].split(" at ")[0]
-    shown = other if said else "ego"
-    lacks = f"`{lacks}`" if said else lacks
+    other = "ego"
+    if said:
+        other = context.source.text[words[start + 1].span.start : words[place - 1].span.end].split(" at ")[0]
     return errors.UNEXPECTED.at(
         context.found.span,
         f"a meeting lacks {lacks}: it names an object, a place of it and a time",
-        cure=f"write `meeting {shown} at 0.5 after 4 s`",
+        cure=f"write `meeting {other} at 0.5 after 4 s`",
     )
 
 

@@ -32,6 +32,18 @@ def test_at_one_time_causes_stand_before_effects(program: Program, outcomes: Out
     assert moments[2].text == "starts off the road"
 
 
+def test_an_object_that_appears_off_the_road_never_leaves_it(
+    program: Program, outcomes: Outcomes, trajectory: Trajectory
+) -> None:
+    """An object leaves the road only if it was present before."""
+    for absent, text in ((0, "leaves the road"), (30, "leaves the road"), (40, "comes in off the road")):
+        states = trajectory.states.copy()
+        states[:absent, 1, State.PRESENT] = 0.0
+        left = replace(outcomes, left_road_time=np.array([[np.nan, trajectory.time[40]]]))
+        story = story_of(program, left, replace(trajectory, states=states))
+        assert [moment.text for moment in story if moment.kind == "left_road"] == [text]
+
+
 def test_speeds_of_a_story_are_in_one_unit(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """Closing speeds can be compared with the speeds above them: 19.84 m/s is 71.4 km/h."""
     text = " ".join(moment.text for moment in story_of(program, outcomes, trajectory))
