@@ -14,19 +14,22 @@ A_MOMENT = 0.001
 """Delay before a signal that arrived at an unsafe time is delivered again [s]."""
 IMPORTS_OF_EXTENSIONS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
 """Functions of Python that are on the stack while an extension module is imported."""
-CALLED_BY_NUMBA = ("typeof_pyval", "_numba_unpickle")
-"""Functions of Python that numba's machine code calls for arguments and results of kernels."""
-CALLED_AS_OBJECTS_GO = {
+UNSAFE_NAMES = ("typeof_pyval", "_numba_unpickle", "__del__")
+"""Names of functions of Python that numba's machine code calls for arguments and results of kernels, and of the method
+that Python calls when an object is freed.
+"""
+UNSAFE_FUNCTIONS = {
     ("importlib._bootstrap", "cb"),
     ("_weakrefset", "_remove"),
     ("weakref", "remove"),
     ("weakref", "__call__"),
     ("concurrent.futures.process", "weakref_cb"),
     ("concurrent.futures.thread", "weakref_cb"),
+    ("multiprocessing.popen_spawn_posix", "_launch"),
 }
-"""Callbacks of weak references in Python's library: of import locks, weak sets, dictionaries, finalizers and pools."""
-STARTS_A_PROCESS = ("multiprocessing.popen_spawn_posix", "_launch")
-"""Function that starts a process and then writes what the process reads first."""
+"""Functions of Python's library, each with its module: callbacks of weak references (of import locks, weak sets,
+dictionaries, finalizers and pools), and the function that starts a process and writes what the process reads first.
+"""
 PYMUNK = f"{os.sep}pymunk{os.sep}"
 """Part of the path of the files of pymunk."""
 
@@ -63,8 +66,8 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
     in Python until Python 3.11. An extension module replaces an exception during its import by an error of its own:
     numpy advises to install it anew. Machine code of numba crashes after an exception in what it calls to read and make
     records. Pymunk prints the exceptions of its callbacks, and frees objects that were half made. Python prints
-    those of `__del__` and of callbacks of weak references, and goes on. A process that is started and told nothing
-    prints an error of its own.
+    those of `__del__` and of callbacks of weak references, and goes on. A new process whose parent stops before it has
+    written what the process reads first prints an error of its own.
     """
     if frame is not None and str(frame.f_globals.get("__name__", "")).startswith("namedtuple_"):
         return True
@@ -76,10 +79,8 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
         return True
     return any(
         code in IMPORTS_OF_EXTENSIONS
-        or code.co_name in CALLED_BY_NUMBA
-        or code.co_name == "__del__"
-        or (module, code.co_name) in CALLED_AS_OBJECTS_GO
-        or (module, code.co_name) == STARTS_A_PROCESS
+        or code.co_name in UNSAFE_NAMES
+        or (module, code.co_name) in UNSAFE_FUNCTIONS
         or PYMUNK in code.co_filename
         for module, code in stack
     )

@@ -19,6 +19,7 @@ def main() -> None:
     )
     parser.add_argument("--truth", action="store_true", help="make plain draws, and add them to those that are kept")
     parser.add_argument("--count", type=int, default=200_000, help="of them, for each scenario")
+    parser.add_argument("--plain", action="store_true", help="hold the rates against --count plain draws of each file")
     parser.add_argument("--plant", metavar="TEXT", help="write the files with planted defects of this seed")
     parser.add_argument("--folder", type=Path, default=HERE / PLANTED, help="where to")
     parser.add_argument("--methods", default="", help=f"make searches by these: {METHODS}")
@@ -32,6 +33,9 @@ def main() -> None:
         truth.plant(options.plant, options.folder, options.count, options.jobs)
         return
     names = named(options.scenarios)
+    if options.plain:
+        print(truth.beside_plain_draws(names, options.count, options.jobs))
+        return
     if options.truth:
         truth.add(names, options.count, options.jobs)
     if options.methods:

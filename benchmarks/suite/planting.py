@@ -3,13 +3,14 @@
     python -m benchmarks.suite --plant TEXT --folder FOLDER     # the files of a seed, which is any text
 
 The ego of a base scene brakes in time in every draw. A *defect* delays its brake near a hidden place of a few genes: at
-the place it does not brake at all, and `REACH` of each range away, as early as everywhere. How steeply the delay grows
-decides how rare the failures are; so a file of 3e-6 leads a search as far as one of 3e-3, to a smaller target. Each
-file has three defects, of which the second and the third fail a half and a sixth as often as the first.
+the place it does not brake at all, and from a distance of `REACH` of each range on it brakes as early as elsewhere. How
+steeply the delay grows decides how rare the failures are, so that a search is guided from equally far to a failure of
+rate 3e-6 and to one of rate 3e-3. Each file has three defects, of which the second and the third fail a half and a
+sixth as often as the first.
 
-How steep a defect has to be follows from where it fails in a first draw; the rate is then drawn anew. It is an integral
-over balls, by strata: shells between delays, drawn uniformly, with exact volumes (Cochran 1977, "Sampling techniques",
-chapter 5), and needs few runs however rare the failures are.
+A first draw shows where a defect fails, from which its steepness is computed; the rate is then drawn anew. It is an
+integral over balls, by strata: shells between delays, drawn uniformly, with exact volumes (Cochran 1977, "Sampling
+techniques", chapter 5), and needs few runs however rare the failures are.
 """
 
 import hashlib
@@ -28,11 +29,11 @@ from engine.tables import Bools, Floats, Ints
 
 HERE = Path(__file__).parent
 REACH = 0.5
-"""Distance from the place of a defect at which it has no effect, in units of each range."""
+"""Distance from the place of a defect from which on it has no effect, in units of each range."""
 IN_TIME = 5.0
 """Time to collision at which the ego brakes where no defect delays it [s]."""
 SHARES = (0.6, 0.3, 0.1)
-"""Of the failures of a file, by defect."""
+"""Share of each defect in the failures of a file."""
 DECADES = (2, 3, 4, 5)
 """Rates lie between 10^-d and 10^-(d + 1)."""
 SIZES = (2, 4)
@@ -40,15 +41,13 @@ SIZES = (2, 4)
 EDGES = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24, 0.28, 0.34, 0.4, 0.5, 0.7, 1.0)
 """Strata: shells between these shares of `IN_TIME`."""
 PARAM = re.compile(r"^param (\w+) *= Range\((.+), (.+)\)(.*)$", re.MULTILINE)
-
-
 FAMILIES = {"leader": 0.24, "cyclist": 0.13, "merger": 0.16}
 """Base scenes, and the share of `IN_TIME` below which their egos fail in half of all draws."""
 
 
 @dataclass(frozen=True)
 class Defect:
-    """Where and how steeply the brake of an ego is delayed."""
+    """A place near which the brake of an ego is delayed, and how steeply."""
 
     genes: tuple[str, ...]
     centre: tuple[float, ...]
@@ -72,12 +71,15 @@ class Defect:
 
     def share_at(self, rate: float) -> float:
         """Return the share of `IN_TIME` below which it fails, if it has this rate and fails nowhere else."""
-        return float(((rate / self.ball) ** (1.0 / len(self.genes)) / REACH) ** self.sharpness)
+        return float(self._reach_at(rate) ** self.sharpness)
 
     def at_rate(self, rate: float, fails_below: float) -> "Defect":
         """Return the defect of this place that has a rate, if it fails below this share and nowhere else."""
-        radius = (rate / self.ball) ** (1.0 / len(self.genes)) / REACH
-        return replace(self, sharpness=float(f"{math.log(fails_below) / math.log(radius):.6g}"))
+        return replace(self, sharpness=float(f"{math.log(fails_below) / math.log(self._reach_at(rate)):.6g}"))
+
+    def _reach_at(self, rate: float) -> float:
+        """Return the radius of the ball with this volume, in units of `REACH` of each range."""
+        return (rate / self.ball) ** (1.0 / len(self.genes)) / REACH
 
     def shells(self, count: int, stream: Generator) -> Iterator[tuple[float, Floats]]:
         """Yield the volume of each shell, and (count, k) uniform points of it in units of each range."""
@@ -101,7 +103,7 @@ class Gene:
     unit: str
 
     def text(self, centre: float) -> str:
-        """Return the distance from a place in units of the range, in the language."""
+        """Return the square of the distance from a place in units of the range, in the language."""
         value, width = self.low + centre * (self.high - self.low), self.high - self.low
         return f"(({self.name} - {value:.6g}{self.unit}) / ({width:.6g}{self.unit})) ** 2"
 
@@ -118,8 +120,8 @@ class Planted:
 
     @property
     def text(self) -> str:
-        base = (HERE / "bases" / f"{self.family}.txt").read_text()
-        genes, lines, delays = {gene.name: gene for gene in _genes(self.family)}, [], []
+        base = _base(self.family)
+        genes, lines, delays = {gene.name: gene for gene in _genes(base)}, [], []
         for number, defect in enumerate(self.defects, 1):
             terms = [genes[gene].text(place) for gene, place in zip(defect.genes, defect.centre, strict=True)]
             sums = "\n    + ".join(terms)
@@ -140,9 +142,10 @@ def planted(seed: str) -> list[Planted]:
     """Return the files of a seed before any run: each family, decade and number of genes of a defect once."""
     made = []
     for family, fails_below in FAMILIES.items():
+        genes = _genes(_base(family))
         for decade in DECADES:
             for size in SIZES:
-                name, rate, genes = f"{family}_{decade}_{size}", 10.0 ** -(decade + 0.5), _genes(family)
+                name, rate = f"{family}_{decade}_{size}", 10.0 ** -(decade + 0.5)
                 stream = default_rng(list(hashlib.sha256(f"{seed}/{name}".encode()).digest()))
                 defects = []
                 for share in SHARES:
@@ -154,8 +157,11 @@ def planted(seed: str) -> list[Planted]:
     return made
 
 
-def _genes(family: str) -> list[Gene]:
-    base = (HERE / "bases" / f"{family}.txt").read_text()
+def _base(family: str) -> str:
+    return (HERE / "bases" / f"{family}.txt").read_text()
+
+
+def _genes(base: str) -> list[Gene]:
     return [Gene(found[1], float(found[2]), float(found[3]), found[4]) for found in PARAM.finditer(base)]
 
 

@@ -15,7 +15,11 @@ from engine.vocabulary import Fault, Side
 
 HERE = Path(__file__).parent
 HIDDEN = HERE / "planted" / "hidden.json"
-"""Defects of the planted files, by file, which tell of a failure which of them it found."""
+"""Defects of the planted files, by file, to tell which of them a failure found."""
+DEFECTS = {
+    name: tuple(Defect(tuple(row["genes"]), tuple(row["centre"]), row["sharpness"]) for row in rows)
+    for name, rows in json.loads(HIDDEN.read_text()).items()
+}
 TUNE, JUDGE, PLANTED = "tune", "judge", "planted"
 HALVES = {
     "crossing_hesitates": TUNE,
@@ -30,7 +34,7 @@ HALVES = {
     "oncoming_hesitates": JUDGE,
     "three_partners_noisy": JUDGE,
     "two_walkers": JUDGE,
-    **dict.fromkeys(json.loads(HIDDEN.read_text()), PLANTED),
+    **dict.fromkeys(DEFECTS, PLANTED),
 }
 """File, without its ending, and what it is for."""
 
@@ -90,8 +94,7 @@ def mechanism_of(defect: int) -> str:
 
 def planted_in(name: str) -> tuple[Defect, ...]:
     """The defects of a file, none of one that was written by hand."""
-    rows = json.loads(HIDDEN.read_text()).get(name, [])
-    return tuple(Defect(tuple(row["genes"]), tuple(row["centre"]), row["sharpness"]) for row in rows)
+    return DEFECTS.get(name, ())
 
 
 def named(names: str) -> list[str]:

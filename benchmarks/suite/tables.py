@@ -72,6 +72,16 @@ def cells_of(found: Sequence[Found], truths: dict[str, Truth]) -> Cells:
     return {name: row for name, row in cells.items() if row}
 
 
+def timed_cells(found: Sequence[Found], truths: dict[str, Truth]) -> Cells:
+    """The same, of runs whose processor time is known."""
+    return cells_of([each for each in found if each.processor is not None], truths)
+
+
+def methods_of(cells: Cells) -> list[str]:
+    """Methods with runs, in the order of the cells."""
+    return list(dict.fromkeys(method for row in cells.values() for method in row))
+
+
 # -- of each scenario --------------------------------------------------------------------------------------------------
 
 
@@ -97,7 +107,7 @@ def compact(found: Sequence[Found], truths: dict[str, Truth]) -> str:
     the simulations until the first.
     """
     cells = cells_of(found, truths)
-    methods = list(dict.fromkeys(method for row in cells.values() for method in row))
+    methods = methods_of(cells)
     lines = [f"| scenario | {' | '.join(methods)} |", f"|---|{'---|' * len(methods)}"]
     for name, row in cells.items():
         told = [f"{row[m].found}/{len(row[m].rows)}, {_simulations(row[m])}" if m in row else "" for m in methods]
@@ -116,8 +126,8 @@ def summaries(found: Sequence[Found], truths: dict[str, Truth]) -> str:
     """Two panels for each half and for both: all scenarios by the methods that have runs on each, and, where there are
     methods that have runs on some, these by all methods.
     """
-    cells = cells_of([each for each in found if each.processor is not None], truths)
-    methods = list(dict.fromkeys(method for row in cells.values() for method in row))
+    cells = timed_cells(found, truths)
+    methods = methods_of(cells)
     some = [name for name, row in cells.items() if set(row) == set(methods)]
     panels = [list(cells), some] if some and some != list(cells) else [list(cells)]
     return "\n\n".join(_panel(cells, names) for names in panels)
@@ -161,8 +171,8 @@ def curves(found: Sequence[Found], truths: dict[str, Truth]) -> str:
     """Share of targets that a run has reached after so many valid simulations, and after so many seconds of a
     processor: the empirical distribution of the effort until a target is found, over files, runs and known mechanisms.
     """
-    cells = cells_of([each for each in found if each.processor is not None], truths)
-    methods = list(dict.fromkeys(method for row in cells.values() for method in row))
+    cells = timed_cells(found, truths)
+    methods = methods_of(cells)
     heads = [*(f"{each:,}" for each in SIMULATIONS), *(f"{each:g} s" for each in SECONDS)]
     lines = [f"| method | files | targets | {' | '.join(heads)} |", f"|{'---|' * (3 + len(heads))}"]
     for method in methods:
@@ -183,8 +193,8 @@ def ranking(found: Sequence[Found], truths: dict[str, Truth]) -> str:
     """
     from scipy.stats import wilcoxon
 
-    cells = cells_of([each for each in found if each.processor is not None], truths)
-    methods = list(dict.fromkeys(method for row in cells.values() for method in row))
+    cells = timed_cells(found, truths)
+    methods = methods_of(cells)
     rows = []
     for one, other in combinations(methods, 2):
         pairs = [row[one].mechanisms - row[other].mechanisms for row in cells.values() if one in row and other in row]

@@ -132,7 +132,7 @@ def by_strata(made: Scenario, defects: Sequence[Defect], count: int, jobs: int) 
     drawn from the file. A failure near two defects counts for the one that delays the brake more.
     """
     space = made.program.space
-    low, width = np.array(space.low), np.array(space.high) - np.array(space.low)
+    low, width = space.low, space.high - space.low
     stream, failures, rates, variance = default_rng(SEED), Counter[str](), {}, 0.0
     draws, all_valid = 0, 0
     for number, defect in enumerate(defects):
@@ -165,6 +165,18 @@ def _added(known: Truth, made: Scenario, draws: int, valid: int, runs: Runs) -> 
         known.failures + int(runs.failed.sum()),
         dict(sorted(counts.items())),
     )
+
+
+def beside_plain_draws(names: Sequence[str], count: int, jobs: int) -> str:
+    """Rates that are kept, and the exact 95 % intervals of `count` plain draws of each file, as Markdown."""
+    lines = ["| scenario | rate | plain draws | failures | 95 % interval |", "|---|---|---|---|---|"]
+    for name in names:
+        made = scenario(name)
+        _, valid, runs = _drawn(made, 0, count, jobs)
+        failures = int(runs.failed.sum())
+        low, high = clopper_pearson(failures, valid)
+        lines.append(f"| {name} | {kept()[name].rate:.2e} | {valid:,} | {failures} | {low:.2e} .. {high:.2e} |")
+    return "\n".join(lines)
 
 
 def table(truths: dict[str, Truth]) -> str:

@@ -25,6 +25,8 @@ from cortex_dsl.api.run_folder import KeptFiles
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.audit_report import (
+    ONE_DRIVER,
+    VERDICTS,
     AuditReport,
     Cell,
     Event,
@@ -37,26 +39,31 @@ from cortex_dsl.report.findings.audit_report import (
     exposure_finding,
     failures_finding,
     missing,
+    platform_text,
     probability_finding,
     step_finding,
     unseen_finding,
     verdicts_finding,
 )
 from cortex_dsl.report.findings.readable import counted, first_line, significant
-from cortex_dsl.report.findings.search_report import headline, invalid_counts, method_name
+from cortex_dsl.report.findings.search_report import headline, invalid_counts, method_name, unfinished
 from cortex_dsl.report.findings.verification_report import ANSWERS, verification_content
 from cortex_dsl.source import Source
 from engine.driving.blocks import redriven
 from engine.errors import ArgumentError, ControllerError
-from engine.gates.coverage import OUTSIDE
-from engine.search.campaign import FINISHED
+from engine.gates.coverage import MOST_CELLS, OUTSIDE
+from engine.gates.coverage import counted as counted_cells
 from engine.search.insight.analysis import judged_again
-from engine.search.insight.independent import COLLISION, independent_draws, runs_of_draws
+from engine.search.insight.independent import (
+    COLLISION,
+    draws_independently,
+    independent_draws,
+    rows_of_draws,
+    runs_of_draws,
+)
 from engine.search.insight.kinds import codes_of_draws, collisions_of, failures
 from engine.search.manifest import changed_versions
-from engine.search.methods.table import SEARCHERS
 from engine.search.probability.unseen import NO_KIND, labels
-from engine.search.protocol import Operator
 from engine.search.ranking import WORST
 from engine.search.result_files import csv_table
 from engine.search.store import StoreError, without_folders
@@ -68,11 +75,8 @@ from engine.vocabulary import Blame, EndReason, Sense, Verdict
 
 DRAWS, COLLISIONS, CASES = "audit-draws.csv", "audit-collisions.csv", "audit-cases.csv"
 """Tables beside the page: independent draws, collisions with their verdicts, worst cases."""
-START = "start"
 OF_DRAWS = (Topic.FAILURES, Topic.EXPOSURE, Topic.PROBABILITY, Topic.UNSEEN)
 """Numbers that come from independent draws."""
-MOST_PRODUCT = 100_000
-"""Cells of a product of domains under an exposure at most."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +140,9 @@ class _RunAudit:
         found = tuple(self._findings())
         for why, count in invalid_counts(self.record).items():
             self.not_run.append(NotRun("simulations that do not count", why, count))
+        left = manifest.config.search.generations - len(self.record.generations)
+        if left > 0:
+            self.not_run.append(NotRun("generations", f"the search {unfinished(self.record)}", left))
         config = manifest.config.simulation
         parameters = [f"{p.name} {_range(p.low, p.high, p.unit, p.options)}" for p in manifest.parameters]
         size = manifest.config.search.population
@@ -148,7 +155,7 @@ class _RunAudit:
             inputs="; ".join(parameters) or "no params",
             steps=f"{steps}runs of at most {significant(config.max_time)} s in steps of "
             f"{significant(config.time_step)} s",
-            platform=_platform(manifest.platform, manifest.versions),
+            platform=platform_text(manifest.platform, manifest.versions),
             expected="; ".join(self.expects) or "no contact of the ego",
             result=headline(self.record, came),
             findings=found,
@@ -163,8 +170,8 @@ class _RunAudit:
 
     def _cautions(self) -> list[str]:
         said: list[str] = []
-        if self.record.status != FINISHED:
-            said.append(f"The search is {self.record.status}: the numbers are those of what its journal holds so far.")
+        if words := unfinished(self.record):
+            said.append(f"The search {words}: the numbers are those of what its journal holds so far.")
         if changed := changed_versions(self.manifest):
             said.append(f"The search was made with {', '.join(changed)}; another version may give other numbers.")
         if not self.record.proved:
@@ -206,7 +213,7 @@ class _RunAudit:
             *(self._of_draws(drawn) if drawn is not None else self._without_draws()),
             collisions,
             missing(Topic.DEVIATION, "a search has no tolerances; `cortexc suite` finds it for each cell of a suite"),
-            missing(Topic.COMPARISON, "one driver only; `cortexc compare A B FILE` drives the same scenes with two"),
+            missing(Topic.COMPARISON, ONE_DRIVER),
             self._dynamic(),
             step_finding(self.scenario.config.simulation.time_step, self.manifest.versions.get("cortexc", "")),
             self._effort(),
@@ -218,7 +225,7 @@ class _RunAudit:
 
     def _without_draws(self) -> list[Finding]:
         method = self.manifest.method
-        if method in SEARCHERS and SEARCHERS[method].draws_independently:
+        if draws_independently(method):
             reason = "none of its independent draws is valid"
         else:
             reason = f"the scenes of {method_name(method)} are no independent draws"
@@ -235,7 +242,7 @@ class _RunAudit:
         valid = runs.verdict == Verdict.VALID
         if not valid.any():
             return None
-        rows = np.flatnonzero(evaluations.simulated & (evaluations.operator == Operator.RANDOM))
+        rows = rows_of_draws(evaluations, method)
         columns = dict(zip(self.manifest.objectives, runs.broken.T, strict=True))
         broken = {name: columns[name] == 1.0 for name in self.expects}
         contact = runs.collided | (runs.end_reason == EndReason.BUILDING)
@@ -317,8 +324,8 @@ class _RunAudit:
         driver, remarks = self.scenario.config.driver, list[str]()
         chosen = dict(enumerate(declared))
         if driver is not None and not driver.can_drive_new_scenes:
-            chosen = {number: each for number, each in chosen.items() if each.when == START}
-            left = [each.name for each in declared if each.when != START]
+            chosen = {number: declared[number] for number in programs.starts}
+            left = [each.name for number, each in enumerate(declared) if number not in chosen]
             remarks += [f"without the driver (--ego) no values of {', '.join(left)}"] if left else []
             values = programs.start_values(scenes)
         else:
@@ -353,12 +360,15 @@ class _RunAudit:
                 raise ArgumentError(f"`{exposure.path}`, line 1: there is no domain `{name}`", f"there are {there}")
         numbers = [names[name] for name in exposure.columns]
         sizes = [len(domains.domains[number].cells) for number in numbers]
-        if math.prod(sizes) > MOST_PRODUCT:
+        if math.prod(sizes) > MOST_CELLS:
             what = f"`{exposure.path}`: the product of its domains has {math.prod(sizes):,} cells"
             raise ArgumentError(what, "weight fewer domains")
         every = list(product(*map(range, sizes)))
-        places = domains.places[:, numbers]
-        counts = [self._counts(drawn, (places == np.array(cell)).all(axis=1)) for cell in every]
+        places, valid, lost = domains.places[:, numbers], drawn.valid, int(drawn.lost.sum())
+        inside = counted_cells(places[valid], drawn.failed[valid], np.zeros(int(valid.sum())))
+        counts = [
+            (inside[cell].runs, inside[cell].failures, lost) if cell in inside else (0, 0, lost) for cell in every
+        ]
         texts = [
             tuple(domains.domains[number].cells[place].text for number, place in zip(numbers, cell, strict=True))
             for cell in every
@@ -378,8 +388,7 @@ class _RunAudit:
         self.tables[COLLISIONS] = csv_table(
             {"individual": rows.tolist(), "rollout": rollouts.tolist(), "verdict": said}
         )
-        counts = {name: said.count(name) for name in ("avoidable", "disputed", "unavoidable", "no_model", "struck")}
-        counts["unknown"] = said.count("unknown")
+        counts = {name: said.count(name) for name in VERDICTS}
         adapted = [case.adapted for case in self.cases if case.adapted is not None]
         names = self.scenario.config.search.references
         source = self._source(COLLISIONS, CASES)
@@ -464,7 +473,3 @@ def _range(low: float, high: float, unit: str, options: Sequence[str]) -> str:
     if options:
         return f"of {counted(len(options), 'option')}"
     return f"{significant(low)} to {significant(high)} {unit}".rstrip()
-
-
-def _platform(machine: str, versions: Mapping[str, str]) -> str:
-    return ", ".join([machine, *(f"{name} {version}" for name, version in versions.items())])

@@ -16,6 +16,7 @@ from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.blocks import Value
 from cortex_dsl.report.documents import EFFORT, SCHEMA_VERSION
 from cortex_dsl.report.findings.audit_report import (
+    ONE_DRIVER,
     SHOWN,
     AuditReport,
     Bar,
@@ -32,6 +33,7 @@ from cortex_dsl.report.findings.audit_report import (
     failures_finding,
     missing,
     number_value,
+    platform_text,
     probability_finding,
     share_value,
     step_finding,
@@ -44,10 +46,11 @@ from engine.errors import ArgumentError, UnreadableFileError
 from engine.search.store import without_folders
 
 SUITE, COMPARE, COVERAGE, TEST = "suite", "compare", "coverage", "test"
+TABLES = {SUITE: "cells", COMPARE: "pairs", COVERAGE: "cells"}
+"""Beginning of the names of the tables that a command writes beside its document."""
 NO_MECHANISMS = "runs of a {} have no kinds of collisions; a search by `cortexc FILE --random` counts them"
 NO_TOLERANCES = "there are no tolerances; `cortexc suite` finds it for each cell of a suite"
 NO_CASES = "`cortexc verify RUN --model dynamic` repeats the worst cases of a search"
-ONE_DRIVER = "one driver only; `cortexc compare A B FILE` drives the same scenes with two"
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ def document_in(path: Path) -> Document | None:
         UnreadableFileError: it cannot be read.
     """
     if path.is_dir():
-        found = [path / f"{kind}.json" for kind in (SUITE, COMPARE, COVERAGE) if (path / f"{kind}.json").is_file()]
+        found = [path / f"{kind}.json" for kind in TABLES if (path / f"{kind}.json").is_file()]
         if not found:
             return None
         path = found[0]
@@ -94,9 +97,8 @@ def document_in(path: Path) -> Document | None:
         )
         raise ArgumentError(what, f"run the command again, or use cortexc {content.get('cortexc')}")
     effort = path.parent / EFFORT
-    tables = sorted(each.name for each in path.parent.iterdir() if each.suffix in (".csv", ".parquet"))
-    own = {SUITE: "cells", COMPARE: "pairs", COVERAGE: "cells", TEST: "-"}[kind]
-    tables = [name for name in tables if name.startswith(own)]
+    beside = path.parent.glob(f"{TABLES[kind]}*") if kind in TABLES else ()
+    tables = sorted(each.name for each in beside if each.suffix in (".csv", ".parquet"))
     names = [path.name, *tables, *([EFFORT] if effort.is_file() else [])]
     return Document(
         path,
@@ -180,7 +182,7 @@ def _platform(found: Document) -> str:
     effort = found.effort
     if not effort:
         return f"cortexc {found.version}; machine and packages were not recorded"
-    return ", ".join([str(effort["platform"]), *(f"{name} {version}" for name, version in effort["versions"].items())])
+    return platform_text(str(effort["platform"]), effort["versions"])
 
 
 def _effort(found: Document, simulations: int, source: Provenance) -> Finding:

@@ -41,7 +41,7 @@ class Exposure:
         """Return the weight of each cell; 0 for a cell without draws that the file does not name.
 
         Raises:
-            ArgumentError: the file names a cell that there is not, none for a cell with draws, or only weights of 0.
+            ArgumentError: the file names an unknown cell, has no weight for a cell with draws, or only weights of 0.
         """
         known = set(cells)
         for cell, line in self.lines.items():
@@ -67,7 +67,7 @@ def read_exposure(path: Path) -> Exposure:
     """Return the weights in a file.
 
     Raises:
-        ArgumentError: it is no such table, or a weight is no number from 0 on.
+        ArgumentError: it is no such table, or a weight is negative or not a finite number.
         UnreadableFileError: it cannot be read.
     """
     try:
@@ -104,7 +104,7 @@ def _weight(text: str, place: str) -> float:
     """Return a weight.
 
     Raises:
-        ArgumentError: it is no finite number from 0 on.
+        ArgumentError: it is negative or not a finite number.
     """
     try:
         value = float(text)

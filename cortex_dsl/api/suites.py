@@ -201,13 +201,13 @@ def _lacking(group: Group, side: Side) -> str:
 def _with_speed(side: Side, *, turns: bool) -> Side:
     """Return a side that is a bare name with the speed of the ego as its argument, and its path where that `turns`."""
     row = BUILTINS.get(side.word.strip())
-    if side.kind is not SideKind.BEHAVIOUR:
+    if side.kind is not SideKind.BEHAVIOUR or row is None:
         return side
-    names = [] if row is None else [parameter.name for parameter in row.parameters]
-    if row is not None and "behavior" in names:
+    names = [parameter.name for parameter in row.parameters]
+    if "behavior" in names:
         return replace(side, word=f"{row.name}({BLIND_TURN if turns else f'FollowLaneBehavior({EGO_SPEED})'})")
     speed = next((name for name in ("target_speed", "speed") if name in names), None)
-    if row is not None and speed is not None and (not turns or "trajectory" in names):
+    if speed is not None and (not turns or "trajectory" in names):
         path = f", trajectory={EGO_PATH}" if turns else ""
         return replace(side, word=f"{row.name}({speed}={EGO_SPEED}{path})")
     return side

@@ -111,15 +111,13 @@ def effort_file(started: float) -> dict[str, bytes]:
 
     It is a file of its own, so that equal commands give equal documents.
     """
-    import platform
-
     from cortex_dsl.report.documents import EFFORT, document
-    from engine.search.manifest import versions_of
+    from engine.search.manifest import machine, versions_of
 
     content = {
         "cpu_seconds": cpu_seconds() - started,
         "versions": versions_of(),
-        "platform": f"{platform.system()} {platform.machine()}",
+        "platform": machine(),
     }
     return {EFFORT: f"{document('effort', content)}\n".encode()}
 

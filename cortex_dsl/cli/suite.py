@@ -75,7 +75,7 @@ def _suite(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _list(options: argparse.Namespace, terminal: Terminal) -> Exit:
-    from cortex_dsl.api.suite_tables import suite_names, suite_of
+    from cortex_dsl.api.suite_tables import NEEDS, suite_names, suite_of
     from engine.gates.ratings import VERIFIED
 
     suites = [suite_of(name) for name in suite_names()]
@@ -86,6 +86,10 @@ def _list(options: argparse.Namespace, terminal: Terminal) -> Exit:
             "edition": suite.edition,
             "cells": len(suite.cells),
             "can_be_run": sum(not cell.reason for cell in suite.cells),
+            "need": {
+                need: sum(not cell.reason for group in suite.groups if group.needs == need for cell in group.cells)
+                for need in NEEDS
+            },
             "unverified": sum(cell.status != VERIFIED for cell in suite.cells),
         }
         for suite in suites
@@ -96,7 +100,12 @@ def _list(options: argparse.Namespace, terminal: Terminal) -> Exit:
     width = max(len(suite.name) for suite in suites)
     for row in rows:
         terminal.out.print(f"{row['name']:<{width}}  ", style="title", end="")
-        terminal.out.print(f"{row['title']}: {row['cells']} cells, {row['can_be_run']} of them can be run")
+        terminal.out.print(
+            f"{row['title']}: {row['cells']} cells, {row['can_be_run']} of them can be run", soft_wrap=True
+        )
+        for need, count in row["need"].items():
+            if count:
+                terminal.out.print(f"{'':<{width}}  {count} of these need {NEEDS[need]}", soft_wrap=True)
         terminal.out.print(f"{'':<{width}}  {row['edition']}", style="quiet", soft_wrap=True)
     return Exit.FINE
 

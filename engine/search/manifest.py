@@ -269,7 +269,7 @@ def make_manifest(
         run=config.search.run,
         settings=_settings(config),
         versions=versions_of(method),
-        platform=f"{platform.system()} {platform.machine()}",
+        platform=machine(),
         command_line=tuple(command_line),
         parameters=_parameters(program),
         requirements=tuple(requirement.name for requirement in program.requirements),
@@ -302,6 +302,11 @@ def _parameters(program: Program) -> tuple[Parameter, ...]:
     numbers = space.kinds.tolist(), space.low.tolist(), space.high.tolist()
     rows = zip(space.names, space.units, *numbers, space.options, strict=True)
     return tuple(Parameter(*row, system=row[0] in space.system) for row in rows)
+
+
+def machine() -> str:
+    """Return the operating system and the kind of processor: `Linux x86_64`."""
+    return f"{platform.system()} {platform.machine()}"
 
 
 def versions_of(method: str = "") -> dict[str, str]:

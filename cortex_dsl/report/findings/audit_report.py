@@ -73,6 +73,8 @@ STEP_BIAS = (0.023, 0.053)
 """Share of collisions that steps of 0.05 s show in excess of steps of 0.0025 s, over the two-car examples."""
 BIASED_STEP = 0.05
 """[s]"""
+ONE_DRIVER = "one driver only; `cortexc compare A B FILE` drives the same scenes with two"
+"""Reason why there is no comparison."""
 STEP_SOURCE = "benchmarks/README.md, row step_bias"
 DOCUMENTED = "python -m benchmarks.step_bias --scenes 20000"
 
@@ -233,13 +235,14 @@ def failures_finding(cells: Sequence[Cell], failure: str, source: Provenance, re
         ],
         "remarks": list(remarks),
     }
+    bounds = [share_value(topic, f"cells.{number}.high", high) for number, high in enumerate(highs)]
     drawn = [number for number, cell in enumerate(cells) if cell.draws]
     if len(cells) == 1 and drawn:
         lines: list[Words] = [
             [
                 *_of(topic, 0, cells[0]),
                 " independent draws; at most ",
-                share_value(topic, "cells.0.high", highs[0]),
+                bounds[0],
                 f"; failure: {failure}",
             ]
         ]
@@ -248,7 +251,7 @@ def failures_finding(cells: Sequence[Cell], failure: str, source: Provenance, re
         worst = sorted(drawn, key=lambda number: -highs[number])[:SHOWN]
         names = short_names([cells[number].name for number in worst], ROOM)
         lines = [
-            [f"{name}: ", *_of(topic, number, cells[number]), ", at most ", _high(topic, number, highs[number])]
+            [f"{name}: ", *_of(topic, number, cells[number]), ", at most ", bounds[number]]
             for name, number in zip(names, worst, strict=True)
         ]
         most = "; those with the highest bounds are shown" if len(drawn) > SHOWN else ""
@@ -270,10 +273,6 @@ def _of(topic: Topic, number: int, cell: Cell) -> list[str | Value]:
         " of ",
         count_value(topic, f"cells.{number}.draws", cell.draws),
     ]
-
-
-def _high(topic: Topic, number: int, high: float) -> Value:
-    return share_value(topic, f"cells.{number}.high", high)
 
 
 def exposure_finding(cells: Sequence[Cell], weights: Sequence[float], file: str, source: Provenance) -> Finding:
@@ -388,28 +387,22 @@ def unseen_finding(unseen: Unseen, draws: int, source: Provenance) -> Finding:
     return Finding(topic, source, values, (lines, seen))
 
 
-VERDICT_NAMES = ("avoidable", "disputed", "unavoidable", "no_model", "struck", "unknown")
-"""Verdicts of the document."""
-VERDICT_TEXTS: Mapping[str, str] = dict(
-    zip(
-        VERDICT_NAMES,
-        (
-            "avoided by all",
-            "disputed",
-            "avoided by none",
-            "covered by none",
-            "struck from behind or standing",
-            "unknown",
-        ),
-        strict=True,
-    )
-)
+VERDICTS: Mapping[str, str] = {
+    "avoidable": "avoided by all",
+    "disputed": "disputed",
+    "unavoidable": "avoided by none",
+    "no_model": "covered by none",
+    "struck": "struck from behind or standing",
+    "unknown": "unknown",
+}
+"""Verdicts of the document, each with its words on the page."""
+ALWAYS_SHOWN = ("avoidable", "disputed", "unavoidable")
 
 
 def verdicts_finding(
     counts: Mapping[str, int], what: str, source: Provenance, names: Sequence[str], adapted: tuple[int, int] | None
 ) -> Finding:
-    """Return the counts of verdicts by `VERDICT_NAMES`; `adapted`: collisions that adapted speed avoids, and all of
+    """Return the counts of verdicts by `VERDICTS`; `adapted`: collisions that adapted speed avoids, and all of
     which that was tried.
     """
     topic = Topic.VERDICTS
@@ -417,9 +410,9 @@ def verdicts_finding(
     speed = None if adapted is None else {"avoided": adapted[0], "cases": adapted[1]}
     values = {"references": list(names), "judged": total, **counts, "adapted_speed": speed}
     parts: list[str | Value] = [f"{what}: ", count_value(topic, "judged", total), "; "]
-    shown = [name for name in VERDICT_NAMES if name in VERDICT_NAMES[:3] or counts.get(name)]
+    shown = [name for name in VERDICTS if name in ALWAYS_SHOWN or counts.get(name)]
     for number, name in enumerate(shown):
-        parts += [", " if number else "", f"{VERDICT_TEXTS[name]} ", count_value(topic, name, counts.get(name, 0))]
+        parts += [", " if number else "", f"{VERDICTS[name]} ", count_value(topic, name, counts.get(name, 0))]
     lines: list[Words] = [parts, f"drivers: {', '.join(names)}"]
     if adapted is not None:
         lines.append(
@@ -490,6 +483,11 @@ def effort_finding(simulations: int, cpu: float, source: Provenance, *, exact: b
         text,
     ]
     return Finding(topic, source, values, (line,))
+
+
+def platform_text(machine: str, versions: Mapping[str, str]) -> str:
+    """Return a machine and the versions of packages in one line."""
+    return ", ".join([machine, *(f"{name} {version}" for name, version in versions.items())])
 
 
 def deviation_line(topic: Topic, path: str, name: str, size: float) -> Words:

@@ -19,7 +19,7 @@ from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.outcomes import MODEL_RANGE
 from engine.program import Program
 from engine.risk import HIGHEST_RISK
-from engine.search.campaign import Campaign
+from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
 from engine.search.evaluations import (
     NOBODY,
     Evaluations,
@@ -168,6 +168,13 @@ def headline(record: Record, came: Failures) -> str:
         of = tried if simulated.valid_runs == simulated.runs else f"{simulated.valid_runs:,} valid of {tried}"
         return f"No collision of the ego among {of}. The worst case comes as near as {near} m."
     return f"Not one of {tried} was valid{why_invalid(record)}."
+
+
+def unfinished(record: Record) -> str:
+    """Return `was stopped`, or `is not finished` for a search that runs or was killed; "" for a finished one."""
+    if record.status == FINISHED:
+        return ""
+    return "was stopped" if record.status in (STOPPED, INTERRUPTED) else "is not finished"
 
 
 INVALID = {

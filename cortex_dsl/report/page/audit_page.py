@@ -59,7 +59,8 @@ def _type_size(report: AuditReport) -> float:
         _height(shortened(each, CAUTION), 110) + 0.6 for each in report.cautions[:CAUTIONS]
     )
     left = sum(
-        _height(f"{shortened(each.what, 60)}: {shortened(each.reason, REASON)}", 125) for each in _listed(report)
+        _height(f"{shortened(each.what, 60)}: {shortened(each.reason, REASON)}", 125)
+        for each in _parts(report)[:NOT_RUN]
     )
     sources = sum(
         _height(shortened(each.command, COMMAND), 110) + _height(_source_text(each), 115) + 0.3
@@ -167,8 +168,8 @@ def _bar(bar: Bar, low: float, high: float) -> Element:
 
 
 def _not_run(report: AuditReport) -> Element:
-    missing = [each for each in report.findings if each.reason]
-    listed = [each for each in report.not_run if each.what not in {one.topic.value for one in missing}]
+    missing = sum(bool(each.reason) for each in report.findings)
+    parts = _parts(report)
     items = [
         element(
             "li",
@@ -176,20 +177,20 @@ def _not_run(report: AuditReport) -> Element:
             ": ",
             prose(shortened(each.reason, REASON)),
         )
-        for each in _listed(report)
+        for each in parts[:NOT_RUN]
     ]
-    if len(listed) > NOT_RUN:
-        items.append(element("li", f"and {len(listed) - NOT_RUN} more reasons, in the document"))
-    if not listed:
+    if len(parts) > NOT_RUN:
+        items.append(element("li", f"and {len(parts) - NOT_RUN} more reasons, in the document"))
+    if not parts:
         items.append(element("li", "everything else was run"))
-    numbers = f"{len(missing)} of the {len(report.findings)} numbers above are not available, for the reasons there"
+    numbers = f"{missing} of the {len(report.findings)} numbers above are not available, for the reasons there"
     return element("section", element("h2", "Not run"), element("ul", items, element("li", numbers)))
 
 
-def _listed(report: AuditReport) -> list[NotRun]:
-    """Return the parts that were not run and have no row among the numbers, as many as the page has."""
+def _parts(report: AuditReport) -> list[NotRun]:
+    """Return the parts that were not run and have no row among the numbers."""
     rows = {each.topic.value for each in report.findings if each.reason}
-    return [each for each in report.not_run if each.what not in rows][:NOT_RUN]
+    return [each for each in report.not_run if each.what not in rows]
 
 
 def _sources(report: AuditReport, document: str) -> Element:

@@ -13,14 +13,13 @@ from cortex_dsl.report.findings.failures import finds_of, order_text
 from cortex_dsl.report.findings.framing import CARD, Frame, alike
 from cortex_dsl.report.findings.judgement import judged_content
 from cortex_dsl.report.findings.readable import counted, first_line
-from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
+from cortex_dsl.report.findings.search_report import headline, method_name, search_content, unfinished, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, scene_svg
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.render import words_of
 from cortex_dsl.report.views.search import kind_lines
 from engine.risk import HIGHEST_RISK
-from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import read_estimates
@@ -124,10 +123,9 @@ def _hero(found: RunPage) -> Element:
 
 
 def _unfinished(record: Record) -> Node:
-    if record.status == FINISHED:
-        return None
-    words = "was stopped" if record.status in (STOPPED, INTERRUPTED) else "is not finished"
-    return element("p", f"This search {words}: the page shows what its journal holds so far.", class_="note")
+    words = unfinished(record)
+    said = f"This search {words}: the page shows what its journal holds so far."
+    return element("p", said, class_="note") if words else None
 
 
 def _tiles(found: RunPage) -> Iterator[Element]:

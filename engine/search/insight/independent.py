@@ -21,6 +21,7 @@ from engine.search.probability.confidence_sequence import sequence_interval
 from engine.search.probability.unseen import Unseen, labels, unseen_kinds
 from engine.search.protocol import Operator
 from engine.search.statistics import Interval
+from engine.tables import Ints
 from engine.vocabulary import Verdict
 
 COLLISION = "collision"
@@ -52,14 +53,21 @@ class IndependentDraws:
     """Kinds of collisions that none of these draws showed."""
 
 
-def runs_of_draws(evaluations: Evaluations, method: str) -> Assessment:
-    """Return the runs of the independent draws, none of a method without any.
+def draws_independently(method: str) -> bool:
+    """Return True if some runs of a method are independent draws."""
+    return method in SEARCHERS and SEARCHERS[method].draws_independently
 
-    With several rollouts for each genome the first counts.
-    """
-    independent = method in SEARCHERS and SEARCHERS[method].draws_independently
-    rows = evaluations.simulated & (evaluations.operator == Operator.RANDOM) & independent
-    return take(evaluations.rollouts, (np.flatnonzero(rows), np.zeros(int(rows.sum()), dtype=np.intp)))
+
+def rows_of_draws(evaluations: Evaluations, method: str) -> Ints:
+    """Return (n,) the individuals of the independent draws, none of a method without any."""
+    drawn = evaluations.simulated & (evaluations.operator == Operator.RANDOM)
+    return np.flatnonzero(drawn & draws_independently(method))
+
+
+def runs_of_draws(evaluations: Evaluations, method: str) -> Assessment:
+    """Return the runs of `rows_of_draws`; with several rollouts for each genome the first counts."""
+    rows = rows_of_draws(evaluations, method)
+    return take(evaluations.rollouts, (rows, np.zeros_like(rows)))
 
 
 @dataclass

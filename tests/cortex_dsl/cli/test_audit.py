@@ -7,6 +7,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import cortex_dsl as cx
 from cortex_dsl.api.audit_documents import without_folders_of
 from cortex_dsl.report.findings.audit_report import STEP_BIAS, Topic
 from engine.gates.exposure import CellCount, exposed_rate, upper_bound
+from engine.search.campaign import Progress
 from tests import audit_again
 from tests.audited import FOLLOWING, KINDS, audit
+from tests.runs import LEFT_TURN
 
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[3]
@@ -131,7 +135,7 @@ def test_verify_sees_a_changed_sheet(copy_of: Callable[[str], Path], tmp_path: P
     assert "--audit" in found.said
 
 
-def test_searches_that_are_not_finished_are_named(copy_of: Callable[[str], Path]) -> None:
+def test_the_method_of_a_search_decides_which_numbers_there_are(copy_of: Callable[[str], Path]) -> None:
     assert document(copy_of("search"))["cautions"] == []
     assert document(copy_of("genetic"))["numbers"]["probability"]["available"]
     numbers = document(copy_of("sequence"))["numbers"]
@@ -453,20 +457,28 @@ def test_an_exposure_of_domains_without_the_driver_asks_for_it(driven_file: Path
     assert cortexc("report", tmp_path / "run", "--audit", "--exposure", path, *driver).code == 0
 
 
-def test_a_search_that_was_killed_has_a_sheet_with_a_caution(
-    copy_of: Callable[[str], Path], tmp_path: Path, cortexc: Run
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [(KeyboardInterrupt, "was stopped"), (RuntimeError, "is not finished")],
+    ids=["stopped", "killed"],
+)
+def test_a_search_that_is_not_finished_names_what_is_missing(
+    error: type[BaseException], said: str, tmp_path: Path
 ) -> None:
-    """Its journal is `running`; the numbers are those of its finished generations."""
-    import sqlite3
+    """Its numbers are those of its two generations; an error leaves the same journal as a kill."""
 
-    folder = shutil.copytree(copy_of("search"), tmp_path / "run")
-    with sqlite3.connect(folder / "journal.sqlite") as journal:
-        journal.execute("UPDATE status SET status = 'running', seconds = NULL")
-    found = cortexc("report", folder, "--audit")
-    if found.code == 0:
-        assert "running" in " ".join(document(folder)["cautions"])
-    else:
-        assert "journal" in found.said  # the seal of the status shows the change
+    def end(progress: Progress) -> None:
+        if progress.generation == 1:
+            raise error
+
+    with suppress(RuntimeError):
+        cx.search(LEFT_TURN, "random", generations=5, population=30, out=tmp_path / "run", on_generation=end)
+    assert audit(tmp_path / "run") == 0
+    content = document(tmp_path / "run")
+    assert any(f"The search {said}" in each for each in content["cautions"])
+    left = [each for each in content["not_run"] if each["what"] == "generations"]
+    assert left == [{"what": "generations", "reason": f"the search {said}", "count": 3}]
+    assert content["numbers"]["effort"]["simulations"] == 60
 
 
 def test_options_that_do_not_go_together(copy_of: Callable[[str], Path], small_study: Path, cortexc: Run) -> None:

@@ -187,12 +187,37 @@ sys.exit(len(heard) != len(pairs))
 """Objects go, and what Python calls for that is interrupted."""
 
 
+STARTED = """
+import multiprocessing, os, signal, sys, time
+from cortex_dsl.signals import install_handlers
+
+def interrupt(frame, event, _argument):
+    caller = frame.f_back
+    if event == "return" and frame.f_code.co_name == "spawnv_passfds" and caller.f_code.co_name == "_launch":
+        sys.setprofile(None)
+        os.kill(os.getpid(), int(sys.argv[1]))
+
+install_handlers([])
+process = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(0.0,))
+sys.setprofile(interrupt)
+try:
+    process.start()
+    time.sleep(5.0)
+except KeyboardInterrupt:
+    sys.exit(0)
+sys.exit(1)
+"""
+"""A process is started, and its parent is interrupted before it has written what the process reads first."""
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
-    "program", [ASKED, IMPORTED, SIMULATED, FREED], ids=["operand", "import", "simulation", "freed"]
+    "program",
+    [ASKED, IMPORTED, SIMULATED, FREED, STARTED],
+    ids=["operand", "import", "simulation", "freed", "process"],
 )
 def test_a_signal_is_heard_also_where_exceptions_are_dropped(program: str, number: int) -> None:
-    """Where numpy would take the exception for a no, or replace it, it is raised a moment later."""
+    """Where the exception would be dropped or replaced, it is raised a moment later."""
     words = [sys.executable, "-c", program, str(int(number))]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, preexec_fn=hear_interrupts, timeout=300)
     assert (done.returncode, done.stderr) == (0, "")
