@@ -136,7 +136,7 @@ def lengths_along(line: Floats) -> Floats:
 
 def interpolated(places: Floats, stations: Floats, line: Floats) -> Floats:
     """Return the points of a polyline at some places; `stations` (n,) are those of its points."""
-    return np.column_stack([np.interp(places, stations, column) for column in line.T])
+    return np.column_stack([np.interp(places, stations, line[:, column]) for column in range(line.shape[1])])
 
 
 def _is_near(chain: Sequence[Primitive], line: Floats) -> bool:
