@@ -101,29 +101,17 @@ def kept_road(arrays: Mapping[str, np.ndarray]) -> RoadTables:
 
 def no_road() -> RoadTables:
     """Return the tables of a place without a road: no path, no lane, no region, no building."""
-    wide = {
-        "primitives": 8,
-        "edges": 4,
-        "hull": 8,
-        "triangles": 7,
-        "cores": 4,
-        "buildings": 5,
-        "cell_edges": 4,
-        "cell_points": 3,
-        "heights": 6,
-    }
+    wide = {"primitives": 8, "edges": 4, "hull": 8, "triangles": 7, "cores": 4, "buildings": 5}
     whole = ("lane_path", "lane_route")
 
     def table(name: str) -> np.ndarray:
-        if name == "first_lanes":
-            return np.zeros((0, 2), dtype=np.int32)
         if name in wide:
             return np.zeros((0, wide[name]))
         if name in whole or name.endswith("_start"):
             return np.zeros(0 if name in whole else 1, dtype=np.int32)
         return np.zeros(0)
 
-    return RoadTables(*map(table, RoadTables._fields))
+    return RoadTables(*(table(name) for name in RoadTables._fields if name not in RoadTables._field_defaults))
 
 
 SHADE = 6

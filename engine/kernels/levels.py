@@ -3,9 +3,9 @@
 A road with bridges has a table of heights: points along the centres of all lanes, with height and slope. The height
 of an actor is continuous: at each sample it is that of the nearest point whose height is near that of the sample
 before. So an actor keeps the level of its road, through links and up ramps. A vehicle begins on the lane that it
-faces along (`nearest_lane`), unless the scenario names its road. Whatever else stands where the ego's level is too
-may face anywhere: it begins on that level. On a road without bridges there is no table, and all heights are 0. Slopes
-have no effect on motion.
+faces along (`nearest_lane`), unless the scenario names its road. A pedestrian or an obstacle may face anywhere: it
+begins on the level of the ego where that level has a lane near it. On a road without bridges there is no table, and
+all heights are 0. Slopes have no effect on motion.
 """
 
 import math
@@ -19,11 +19,9 @@ from engine.vocabulary import LEVEL, ActorKind, State
 SAME_SURFACE = 0.5 * LEVEL
 """Largest change of an actor's height in a step [m]: a point farther from its height belongs to another surface."""
 BESIDE = 5.0
-"""Largest distance from the centre of a lane [m] at which someone on foot is on its level; *ours*: half a wide lane, a
-kerb and a sidewalk.
+"""Largest distance from the centre of a lane [m] at which a pedestrian or an obstacle is on its level; *ours*: half a
+wide lane, a kerb and a sidewalk.
 """
-VEHICLE = int(ActorKind.CAR)
-"""Kind by which the ego enters the scene, whatever it is."""
 HEIGHT_X, HEIGHT_Y, HEIGHT, SLOPE_X, SLOPE_Y, LANE = range(6)
 """Columns of `RoadTables.heights`."""
 FRAME_X, FRAME_Y, SIDE, COLUMNS, ROWS = range(5)
@@ -64,13 +62,11 @@ def next_height(road: RoadTables, x: float, y: float, before: float) -> float:
 
 @kernel
 def first_height(road: RoadTables, actor: int, kind: int, x: float, y: float, heading: float, ego: float) -> float:
-    """Return the height at which an actor of a kind enters the scene [m], where the ego's height is `ego`."""
+    """Return the height at which an actor of a kind enters the scene [m]; `ego`: height of the ego, ignored for it."""
     named = first_lane(road, actor, x, y, heading)
     lane = named if named >= 0 else lane_nearest(road, x, y, heading)
     along = height_near(road, x, y, 0.0, lane, math.inf, 0.0)
-    if named >= 0:
-        return along
-    if kind != ActorKind.PEDESTRIAN and kind != ActorKind.OBSTACLE:
+    if named >= 0 or actor == 0 or (kind != ActorKind.PEDESTRIAN and kind != ActorKind.OBSTACLE):
         return along
     return height_near(road, x, y, ego, -1, BESIDE, along)
 
@@ -78,9 +74,9 @@ def first_height(road: RoadTables, actor: int, kind: int, x: float, y: float, he
 @deferred()
 def enter_level(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Store the height of an actor that enters the scene."""
-    pose, kind = run.states[sample, actor], int(plan.kinds[actor]) if actor > 0 else VEHICLE
-    x, y, heading, ego = pose[State.X], pose[State.Y], pose[State.HEADING], run.actors[0, Memory.HEIGHT]
-    run.actors[actor, Memory.HEIGHT] = first_height(plan.road, actor, kind, x, y, heading, ego)
+    pose, ego = run.states[sample, actor], run.actors[0, Memory.HEIGHT]
+    x, y, heading = pose[State.X], pose[State.Y], pose[State.HEADING]
+    run.actors[actor, Memory.HEIGHT] = first_height(plan.road, actor, int(plan.kinds[actor]), x, y, heading, ego)
 
 
 @deferred()
@@ -106,9 +102,8 @@ def trace_heights(road: RoadTables, kinds: Ints, states: Floats, samples: int, h
             if present:
                 heights[k, actor] = next_height(road, pose[State.X], pose[State.Y], heights[k - 1, actor])
             else:
-                kind, ego = int(kinds[actor]) if actor > 0 else VEHICLE, heights[k, 0] if actor > 0 else 0.0
                 x, y, heading = pose[State.X], pose[State.Y], pose[State.HEADING]
-                heights[k, actor] = first_height(road, actor, kind, x, y, heading, ego)
+                heights[k, actor] = first_height(road, actor, int(kinds[actor]), x, y, heading, heights[k, 0])
             present = True
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from engine.handles import handle
 from engine.kernels.geometry import Box, box_distance, building
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.levels import VEHICLE, first_height
+from engine.kernels.levels import first_height
 from engine.kernels.random_numbers import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
 from engine.kernels.region import region_contains_box
 from engine.tables import ROAD_REGION, CodeTables, Floats, Ints, RoadTables
@@ -222,15 +222,14 @@ def overlap(road: RoadTables, checked: Ints, kinds: Ints, values: Floats) -> boo
 @kernel
 def _are_level(road: RoadTables, kinds: Ints, values: Floats, one: int, other: int) -> bool:
     """Return True if two actors enter the scene on one level."""
-    box = _outline(values, 0)
-    ego = first_height(road, 0, VEHICLE, box.x, box.y, box.heading, 0.0)
+    ego = _height(road, kinds, values, 0, 0.0)
     return abs(_height(road, kinds, values, one, ego) - _height(road, kinds, values, other, ego)) < LEVEL
 
 
 @kernel
 def _height(road: RoadTables, kinds: Ints, values: Floats, actor: int, ego: float) -> float:
     box = _outline(values, actor)
-    return ego if actor == 0 else first_height(road, actor, int(kinds[actor]), box.x, box.y, box.heading, ego)
+    return first_height(road, actor, int(kinds[actor]), box.x, box.y, box.heading, ego)
 
 
 @inlined

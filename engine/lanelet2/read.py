@@ -281,9 +281,13 @@ def _attribute(element: Any, name: str) -> str:
 
 def _points(line: Any) -> Floats:
     """Return (n, 3) the points of a bound, without repetitions."""
-    points = np.array([(point.x, point.y, point.z) for point in line]).reshape(-1, 3)
-    new = np.hypot(*np.diff(points[:, :2], axis=0).T) > SAME
-    return points[np.concatenate([[True], new])] if len(points) else points
+    return distinct(np.array([(point.x, point.y, point.z) for point in line]).reshape(-1, 3))
+
+
+def distinct(line: Floats) -> Floats:
+    """Return a polyline without points that repeat the place of the point before."""
+    new = np.hypot(*np.diff(line[:, :2], axis=0).T) > SAME
+    return line[np.concatenate([[True], new])] if len(line) else line
 
 
 SAME = 1e-6

@@ -14,26 +14,25 @@ from itertools import pairwise
 
 import numpy as np
 
+from engine.lanelet2.read import distinct
 from engine.opendrive.curves import Pose
-from engine.road.opendrive.fitting import biarc
+from engine.road.opendrive.fitting import biarc, distances
 from engine.road.opendrive.surfaces import shapely
-from engine.road.paths import PathBook, Primitive
+from engine.road.paths import Primitive
 from engine.tables import Floats
 
 NOISE = 0.01
 """Largest distance of a point that is left out at first [m]."""
 TOLERANCE = 0.02
-"""Largest distance of a centre line from the points of the package's [m]."""
+"""Largest distance of a centre line from the points of the polyline [m]."""
 BULGE = 0.1
-"""Largest distance from a straight piece of the package's line of an arc that replaces several [m]."""
+"""Largest distance of an arc from the straight pieces of the polyline that it replaces [m]."""
 STEP = 0.5
 """Spacing of the places at which a straight piece is compared [m]."""
 LONG = 20.0
 """Length beyond which a piece has no more weight [m]."""
 DETOUR = 1.5
 """Ratio of the lengths of a biarc and its chord beyond which the chord is taken: a kink of the map."""
-SAME = 1e-6
-"""Distance below which points are equal [m]."""
 GRID = 1e-3
 """Distance within which ends of centre lines are one point [m]."""
 
@@ -67,12 +66,6 @@ def _cell(point: Floats) -> Point:
     return round(float(point[0]) / GRID), round(float(point[1]) / GRID)
 
 
-def distinct(line: Floats) -> Floats:
-    """Return a polyline without repeated points."""
-    new = np.hypot(*np.diff(line, axis=0).T) > SAME
-    return line[np.concatenate([[True], new])]
-
-
 def _simplified(line: Floats) -> Floats:
     """Return a polyline without points nearer than `NOISE` to what is left; its ends stay."""
     if len(line) < 3:
@@ -96,7 +89,7 @@ def centre_line(centre: Floats, ends: Ends) -> tuple[Primitive, ...]:
             last, found = _longest(line, places, poses, here)
             chain += found
             passed = line[places[here] + 1 : places[last]]
-            if len(passed) and (away := _distances(found, passed)).max() > TOLERANCE:
+            if len(passed) and (away := distances(found, passed)).max() > TOLERANCE:
                 missed.append(places[here] + 1 + int(away.argmax()))
             here = last
         if not missed:
@@ -136,17 +129,21 @@ def _piece(first: Pose, last: Pose) -> list[Primitive]:
     return [Primitive(first.x, first.y, math.atan2(dy, dx), 0.0, chord)]
 
 
-def _distances(chain: Sequence[Primitive], points: Floats) -> Floats:
-    """Return the distances of points (n, 2) from a chain [m]."""
-    paths = PathBook()
-    return paths.feet(paths.add(chain), *points.T).distance
+def lengths_along(line: Floats) -> Floats:
+    """Return (n,) the lengths from the start of a polyline to its points, in the plane [m]."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+
+
+def interpolated(places: Floats, stations: Floats, line: Floats) -> Floats:
+    """Return the points of a polyline at some places; `stations` (n,) are those of its points."""
+    return np.column_stack([np.interp(places, stations, line[:, column]) for column in range(line.shape[1])])
 
 
 def _is_near(chain: Sequence[Primitive], line: Floats) -> bool:
     """Return True if a chain passes within the tolerances of the points of a polyline, and of the places between."""
-    if (_distances(chain, line) > TOLERANCE).any():
+    if (distances(chain, line) > TOLERANCE).any():
         return False
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    s = lengths_along(line)
     places = np.arange(STEP, s[-1], STEP)
-    between = np.column_stack([np.interp(places, s, line[:, 0]), np.interp(places, s, line[:, 1])])
-    return not len(places) or not (_distances(chain, between) > BULGE).any()
+    between = interpolated(places, s, line)
+    return not len(places) or not (distances(chain, between) > BULGE).any()

@@ -18,18 +18,23 @@ from engine.errors import InterchangeError
 from engine.frozen import frozen
 from engine.lanelet2.read import DRIVABLE, Lanelet, LaneletMap, read_lanelets
 from engine.maps import LaneletFile
-from engine.road.areas import CARRIAGEWAY
-from engine.road.file_roads import Way, add_roads, intersection, role_of
-from engine.road.lanelet2.fitting import Ends, centre_line, headings_of_ends
-from engine.road.linking import link_by_ways, maneuver
-from engine.road.network import TRAFFIC_LIGHT, Lane, Lines, Network, RoadSign, Surface, SurfaceKind
-from engine.road.opendrive.beside import Sidewalks
+from engine.road.file_roads import (
+    Junction,
+    SurfaceRow,
+    Way,
+    add_intersections,
+    add_roads,
+    add_surfaces,
+    link_lanes,
+    role_of,
+)
+from engine.road.lanelet2.fitting import Ends, centre_line, headings_of_ends, interpolated, lengths_along
+from engine.road.network import TRAFFIC_LIGHT, Lane, Lines, Network, RoadSign, SurfaceKind
 from engine.road.opendrive.contents import Contents, packed
 from engine.road.opendrive.lanes import ALIKE, NEAR
-from engine.road.opendrive.planning import SPACING, STATIONS, Tile, overlapping, sentences
-from engine.road.opendrive.surfaces import NoSurface, merged, outline, shape_of_polygon, shapely, union
+from engine.road.opendrive.planning import SPACING, STATIONS, Tile, overlapping, rising, sentences
+from engine.road.opendrive.surfaces import NoSurface, outline, shape_of_polygon, shapely, union
 from engine.road.paths import PathBook
-from engine.road.regions import Shape
 from engine.tables import ROAD_REGION, Floats
 from engine.vocabulary import LEVEL
 
@@ -93,12 +98,7 @@ class Strip:
         shares: Floats = np.arange(len(self.left), dtype=np.float64)
         count = max(1, math.ceil(longest / spacing))
         places: Floats = np.linspace(0.0, float(shares[-1]), (len(shares) - 1) * count + 1)
-        return _interpolated(places, shares, self.left), _interpolated(places, shares, self.right)
-
-
-def _interpolated(places: Floats, shares: Floats, line: Floats) -> Floats:
-    """Return the points of a polyline (n, 3) at some places."""
-    return np.column_stack([np.interp(places, shares, line[:, column]) for column in range(line.shape[1])])
+        return interpolated(places, shares, self.left), interpolated(places, shares, self.right)
 
 
 def strip_of(lanelet: Lanelet) -> Strip:
@@ -106,11 +106,11 @@ def strip_of(lanelet: Lanelet) -> Strip:
     left, right = _shares(lanelet.left), _shares(lanelet.right)
     places: Floats = np.unique(np.concatenate([left, right]))
     places = places[np.concatenate([[True], np.diff(places) > SHORT])]
-    return Strip(lanelet, _interpolated(places, left, lanelet.left), _interpolated(places, right, lanelet.right))
+    return Strip(lanelet, interpolated(places, left, lanelet.left), interpolated(places, right, lanelet.right))
 
 
 def _shares(line: Floats) -> Floats:
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+    along = lengths_along(line)
     return along / along[-1]
 
 
@@ -258,23 +258,13 @@ class _Builder:
         ways = self.ways()
         self.add_lanes(order, [way for found in ways for way in found])
         add_roads(network)
-        network.maneuvers = tuple(
-            maneuver(index, number, *(network.lanes[lane] for lane in way))
-            for index, (number, way) in enumerate((number, way) for number, found in enumerate(ways) for way in found)
-        )
         names = [f"junction{found[0]}" for found in self.junctions]
-        there = [number for number, found in enumerate(ways) if found]
-        assert there == list(range(len(ways)))
-        network.intersections = tuple(
-            intersection(network, number, names[number], regions[number], ways[number]) for number in there
-        )
+        add_intersections(network, [Junction(*each) for each in zip(names, regions, ways, strict=True)])
         network.signs = tuple(self.lights())
-        self.add_surfaces(areas)
+        add_surfaces(network, self.surfaces())
         self.add_heights()
         network.drawn = Lines(kerbs, *self.lines())
-        apart = link_by_ways(network, self.successors(), self.beside())
-        if apart > NEAR:
-            network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: no vehicle drives across",)
+        link_lanes(network, self.successors(), self.beside())
         if self.content.priorities:
             network.links.gives_way = [tuple(self.gives_way(index)) for index in range(len(network.maneuvers))]
         return network
@@ -368,30 +358,18 @@ class _Builder:
 
     # -- beside the lanes --------------------------------------------------------------------------------------------
 
-    def add_surfaces(self, areas: Sequence[Shape]) -> None:
-        """Add all surfaces, crossings last, which get the sidewalks at their ends."""
-        network, found, walks = self.network, list[Surface](), None
+    def surfaces(self) -> Iterator[SurfaceRow]:
+        """Yield all surfaces, crossings last."""
         kinds = {each.id: KINDS[each.subtype] for each in self.content.lanelets if each.subtype in KINDS}
         for each in sorted(kinds, key=lambda each: kinds[each] is SurfaceKind.CROSSING):
-            kind, strip = kinds[each], self.strips[each]
-            if strip.polygon.area < OVERLAP:
+            kind, polygon, strip = kinds[each], self.polygons[each], self.strips[each]
+            if polygon.area < OVERLAP:
                 continue
             centre = strip.lanelet.centre
             line = centre_line(centre, headings_of_ends([centre]))
-            at, ends = None, None
-            if kind is SurfaceKind.CROSSING:
-                walks = walks or Sidewalks(tuple(one for one in found if one.kind is SurfaceKind.SIDEWALK))
-                at = self.intersection_near(self.polygons[each], areas)
-                ends = walks.nearest(line[0].pose(0.0)), walks.nearest(line[-1].pose(line[-1].length))
-            shape, name = shape_of_polygon(self.polygons[each]), f"{kind.value}{each}"
-            about = (kind, name, line, shape, strip.width, self.road_beside(each), True, at, ends)
-            found.append(Surface(network, len(found), *about))
-        network.surfaces = tuple(found)
-        if strips := [each.shape for each in found if each.kind in CARRIAGEWAY]:
-            try:
-                network.between_kerbs = merged([*strips, network.regions.shape(ROAD_REGION)])
-            except NoSurface:
-                network.remarks += ("the area between the kerbs cannot be computed: vehicles start on the lanes only",)
+            at = self.intersection_near(polygon) if kind is SurfaceKind.CROSSING else None
+            about = (shape_of_polygon(polygon), strip.width, self.road_beside(each), True, at)
+            yield SurfaceRow(kind, f"{kind.value}{each}", line, *about)
 
     def road_beside(self, surface: int) -> str:
         """Return the name of the road whose lanelet shares a bound with a surface, or that it crosses; "" of none."""
@@ -402,14 +380,14 @@ class _Builder:
             shared = [each for each in self.lanelets if polygon.intersection(self.polygons[each]).area >= OVERLAP]
         return self.road_names[shared[0]] if shared else ""
 
-    def intersection_near(self, polygon: Any, areas: Sequence[Shape]) -> int | None:
+    def intersection_near(self, polygon: Any) -> int | None:
         """Return the intersection that a crossing overlaps most; None without one."""
         common = [
             (sum(polygon.intersection(self.polygons[each]).area for each in found), -number)
             for number, found in enumerate(self.junctions)
         ]
         most, number = max(common, default=(0.0, 0))
-        return -number if most >= OVERLAP and areas else None
+        return -number if most >= OVERLAP else None
 
     # -- heights, and lines to draw ----------------------------------------------------------------------------------
 
@@ -438,10 +416,7 @@ class _Builder:
 
     def heights(self, lanelet: int, index: int) -> Iterator[tuple[float, ...]]:
         left, right = self.strips[lanelet].cut(STATIONS)
-        for (x, y, z), (x1, y1, z1) in pairwise((0.5 * (left + right)).tolist()):
-            way = max((x1 - x) ** 2 + (y1 - y) ** 2, 1e-12)
-            slope = (z1 - z) * (x1 - x) / way, (z1 - z) * (y1 - y) / way
-            yield (0.5 * (x + x1), 0.5 * (y + y1), 0.5 * (z + z1), *slope, float(index))
+        return rising((0.5 * (left + right)).tolist(), index)
 
     def lines(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
         """Return the lines between opposite lanes, and those between lanes of one direction, outside intersections."""

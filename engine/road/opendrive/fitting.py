@@ -17,6 +17,7 @@ from engine.frozen import frozen
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.roads import Cubic, OdrLane, OdrRoad, OdrSection, in_effect
 from engine.road.paths import PathBook, Primitive
+from engine.tables import Floats
 
 TOLERANCE = 0.005
 """Largest distance of a fitted centre line from the file's [m]."""
@@ -189,9 +190,13 @@ def _fitted(pose: Callable[[float], Pose], start: float, end: float) -> list[Pri
 
 def _leaves(chain: Sequence[Primitive], pose: Callable[[float], Pose], start: float, end: float) -> float:
     """Return the distance of the curve from a chain, at places in between [m]."""
+    return float(distances(chain, np.array([pose(s)[:2] for s in np.linspace(start, end, 7)[1:-1]])).max())
+
+
+def distances(chain: Sequence[Primitive], points: Floats) -> Floats:
+    """Return the distances of points (n, 2) from a chain [m]."""
     paths = PathBook()
-    places = np.array([pose(s)[:2] for s in np.linspace(start, end, 7)[1:-1]])
-    return float(paths.feet(paths.add(chain), *places.T).distance.max())
+    return paths.feet(paths.add(chain), *points.T).distance
 
 
 def biarc(first: Pose, last: Pose) -> list[Primitive]:

@@ -5,22 +5,21 @@ from collections.abc import Iterator
 
 from engine.maps import MapFile
 from engine.opendrive.near_roads import OdrSignal
-from engine.road.areas import CARRIAGEWAY
-from engine.road.file_roads import Way, add_roads, intersection, role_of
-from engine.road.linking import link_by_ways, maneuver
-from engine.road.network import (
-    Lane,
-    Network,
-    RoadSign,
-    Surface,
-    SurfaceKind,
+from engine.road.file_roads import (
+    Junction,
+    SurfaceRow,
+    Way,
+    add_intersections,
+    add_roads,
+    add_surfaces,
+    link_lanes,
+    role_of,
 )
-from engine.road.opendrive.beside import Sidewalks
+from engine.road.network import Lane, Network, RoadSign, SurfaceKind
 from engine.road.opendrive.contents import Contents, packed
 from engine.road.opendrive.lanes import ALIKE, NEAR, THROUGH, Part, Sections
 from engine.road.opendrive.linking import Links
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
-from engine.road.opendrive.surfaces import NoSurface, merged
 from engine.road.paths import PathBook
 from engine.tables import ROAD_REGION
 
@@ -65,20 +64,17 @@ class _Builder:
             index: each.speed_limit for index, each in enumerate(plan.lanes) if each.speed_limit is not None
         }
         add_roads(network)
-        ways = [(number, way) for number, each in enumerate(plan.junctions.values()) for way in each]
-        network.maneuvers = tuple(
-            maneuver(index, number, *(network.lanes[lane] for lane in way[1:]))
-            for index, (number, way) in enumerate(ways)
-        )
-        network.intersections = tuple(
-            intersection(network, number, f"junction{junction}", areas[junction], [Way(*way[1:]) for way in ways])
-            for number, (junction, ways) in enumerate(plan.junctions.items())
+        add_intersections(
+            network,
+            [
+                Junction(f"junction{each}", areas[each], [Way(*way[1:]) for way in ways])
+                for each, ways in plan.junctions.items()
+            ],
         )
         network.signs = tuple(signs_of(plan.links))
-        self.add_surfaces()
+        add_surfaces(network, self.surfaces())
         beside = {index: (each.left, each.right) for index, each in enumerate(plan.lanes)}
-        if (apart := link_by_ways(network, plan.links.successors, beside)) > NEAR:
-            network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: no vehicle drives across",)
+        link_lanes(network, plan.links.successors, beside)
         return network
 
     def lane(self, index: int, each: LanePlan) -> Lane:
@@ -103,28 +99,17 @@ class _Builder:
             each.lane.forward,
         )
 
-    def add_surfaces(self) -> None:
-        """Add all surfaces; crossings, which come last, get the sidewalks at their ends."""
-        network, found = self.network, list[Surface]()
+    def surfaces(self) -> Iterator[SurfaceRow]:
+        """Yield all surfaces, crossings last."""
         numbers = {junction: index for index, junction in enumerate(self.plan.junctions)}
         seen: dict[tuple[str, SurfaceKind], int] = defaultdict(int)
-        walks: Sidewalks | None = None
         for each in self.plan.surfaces:
             number, seen[each.road, each.kind] = seen[each.road, each.kind], seen[each.road, each.kind] + 1
-            name, at, ends = f"road{each.road}.{each.kind.value}{number}", None, None
+            name, at = f"road{each.road}.{each.kind.value}{number}", None
             if each.kind is SurfaceKind.CROSSING:
-                walks = walks or Sidewalks(tuple(other for other in found if other.kind is SurfaceKind.SIDEWALK))
                 at = numbers.get(self.plan.links.network.roads[each.road].junction)
-                first, last = each.line[0], each.line[-1]
-                ends = walks.nearest(first.pose(0.0)), walks.nearest(last.pose(last.length))
-            about = (each.kind, name, each.line, each.shape, each.width, f"road{each.road}", each.forward, at, ends)
-            found.append(Surface(network, len(found), *about))
-        network.surfaces = tuple(found)
-        if strips := [each.shape for each in found if each.kind in CARRIAGEWAY]:
-            try:
-                network.between_kerbs = merged([*strips, self.plan.surface])
-            except NoSurface:
-                network.remarks += ("the area between the kerbs cannot be computed: vehicles start on the lanes only",)
+            about = (each.line, each.shape, each.width, f"road{each.road}", each.forward, at)
+            yield SurfaceRow(each.kind, name, *about)
 
 
 # -- signals of the file, at their lanes -------------------------------------------------------------------------------

@@ -121,12 +121,16 @@ def _heights(links: Links, found: Sequence[DrawnLane]) -> Floats:
         road = links.network.roads[lane.road]
         for part in each.rows:
             cuts = np.linspace(part.start, part.end, max(2, math.ceil((part.end - part.start) / STATIONS) + 1)).tolist()
-            ends = [(*part.beside(s, part.centre(s)), value_at(road.heights, s)) for s in cuts]
-            for (x, y, z), (x1, y1, z1) in pairwise(ends):
-                way = max((x1 - x) ** 2 + (y1 - y) ** 2, SAME**2)
-                slope = ((z1 - z) * (x1 - x) / way, (z1 - z) * (y1 - y) / way)
-                rows.append((0.5 * (x + x1), 0.5 * (y + y1), 0.5 * (z + z1), *slope, float(number)))
+            rows += rising([(*part.beside(s, part.centre(s)), value_at(road.heights, s)) for s in cuts], number)
     return np.array(rows).reshape(-1, 6)
+
+
+def rising(points: Iterable[tuple[float, float, float]], lane: int) -> Iterator[tuple[float, ...]]:
+    """Yield the rows of `Network.heights` between the points x, y, height [m] of a lane."""
+    for (x, y, z), (x1, y1, z1) in pairwise(points):
+        way = max((x1 - x) ** 2 + (y1 - y) ** 2, SAME**2)
+        slope = ((z1 - z) * (x1 - x) / way, (z1 - z) * (y1 - y) / way)
+        yield (0.5 * (x + x1), 0.5 * (y + y1), 0.5 * (z + z1), *slope, float(lane))
 
 
 def _tiles(road: OdrRoad, lane: DrawnLane, spacing: float) -> Iterator[Tile]:
