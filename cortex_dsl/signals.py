@@ -30,8 +30,8 @@ UNSAFE_FUNCTIONS = {
 """Functions of Python's library, each with its module: callbacks of weak references (of import locks, weak sets,
 dictionaries, finalizers and pools), and the function that starts a process and writes what the process reads first.
 """
-PYMUNK = f"{os.sep}pymunk{os.sep}"
-"""Part of the path of the files of pymunk."""
+BINDINGS = tuple(os.sep + os.path.join(*names) + os.sep for names in (("pymunk",), ("llvmlite", "binding")))
+"""Parts of the paths of packages whose objects stand for objects of a library in C."""
 
 
 def install_handlers(received: list[int]) -> None:
@@ -65,9 +65,9 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
     every exception there as a no: it looks an attribute up, for which the classes of enumerations have a `__getattr__`
     in Python until Python 3.11. An extension module replaces an exception during its import by an error of its own:
     numpy advises to install it anew. Machine code of numba crashes after an exception in what it calls to read and make
-    records. Pymunk prints the exceptions of its callbacks, and frees objects that were half made. Python prints
-    those of `__del__` and of callbacks of weak references, and goes on. A new process whose parent stops before it has
-    written what the process reads first prints an error of its own.
+    records. Pymunk prints the exceptions of its callbacks; it and llvmlite print an error when an object is freed that
+    was half made. Python prints those of `__del__` and of callbacks of weak references, and goes on. A new process
+    whose parent stops before it has written what the process reads first prints an error of its own.
     """
     if frame is not None and str(frame.f_globals.get("__name__", "")).startswith("namedtuple_"):
         return True
@@ -81,6 +81,6 @@ def _drops_exceptions(frame: FrameType | None) -> bool:
         code in IMPORTS_OF_EXTENSIONS
         or code.co_name in UNSAFE_NAMES
         or (module, code.co_name) in UNSAFE_FUNCTIONS
-        or PYMUNK in code.co_filename
+        or any(part in code.co_filename for part in BINDINGS)
         for module, code in stack
     )

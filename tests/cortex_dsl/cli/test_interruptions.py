@@ -151,7 +151,7 @@ def test_interrupted_at_any_instant(
         sent = time.perf_counter()
         ended = process.end()
         at = f"{number.name} after {wait:.3f} of {long:.3f} s"
-        assert time.perf_counter() - sent < 5.0, (at, ended)
+        assert time.perf_counter() - sent < 5.0 + long, (at, ended)
         assert ended.status in (0, 128 + number, -number), (at, ended)
         assert not any(word in ended.err for word in ("Traceback", "ignored")), (at, ended)
         assert not [path for path in run.rglob("*") if UNFINISHED.search(path.name)], (at, ended)

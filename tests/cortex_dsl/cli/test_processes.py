@@ -140,6 +140,7 @@ sys.exit(heard != 80)
 FREED = """
 import os, signal, sys, time, weakref
 from cortex_dsl.signals import install_handlers
+import llvmlite.binding
 
 class Freed:
     def __del__(self):
@@ -166,6 +167,9 @@ def by_key():
 def finalized():
     weakref.finalize(Plain(), int)
 
+def half_made():
+    list(llvmlite.binding.parse_assembly("declare void @f()").functions)
+
 def interrupt(frame, event, _argument):
     if event == "call" and frame.f_code.co_name == name:
         sys.setprofile(None)
@@ -173,7 +177,7 @@ def interrupt(frame, event, _argument):
 
 install_handlers([])
 pairs = ((imported, "cb"), (freed, "__del__"), (in_set, "_remove"), (in_dictionary, "remove"), (by_key, "remove"),
-         (finalized, "__call__"))
+         (finalized, "__call__"), (half_made, "__init__"))
 heard = []
 for act, name in pairs:
     sys.setprofile(interrupt)
