@@ -30,7 +30,7 @@ UNSAFE_FUNCTIONS = {
 """Functions of Python's library, each with its module: callbacks of weak references (of import locks, weak sets,
 dictionaries, finalizers and pools), and the function that starts a process and writes what the process reads first.
 """
-BINDINGS = tuple(os.sep + os.path.join(*names) + os.sep for names in (("pymunk",), ("llvmlite", "binding")))
+BINDINGS = tuple(f"{os.sep}{part}{os.sep}" for part in ("pymunk", f"llvmlite{os.sep}binding"))
 """Parts of the paths of packages whose objects stand for objects of a library in C."""
 
 
