@@ -20,6 +20,10 @@ UNBORN = ".new"
 """Ends the name of a journal that is being made."""
 LOCK = ".lock"
 """Lock file, held by the process that writes a run; the operating system releases it when the process ends."""
+PROBE = ".write-test"
+"""Empty file that is made and removed to learn whether a folder can be written."""
+LEAVINGS = (LOCK, PROBE, JOURNAL + UNBORN)
+"""Beginnings of the names of files that a run leaves which is killed before it has a journal."""
 LONGEST_NAME = 200
 """Maximum length [bytes] of the part of a folder's name before the method; file systems allow 255 for a name."""
 
@@ -90,9 +94,9 @@ def new_directory(directory: Path) -> Path:
         directory.mkdir(parents=True, exist_ok=True)
         if (directory / JOURNAL).exists():
             raise StoreError(f"`{directory}` already holds a run", "name another --out; a run is never overwritten")
-        if any(path.name != LOCK and not path.name.startswith(JOURNAL + UNBORN) for path in directory.iterdir()):
+        if any(not path.name.startswith(LEAVINGS) for path in directory.iterdir()):
             raise StoreError(f"`{directory}` is not empty", "name a new or an empty folder with --out")
-        probe = directory / ".write-test"
+        probe = directory / PROBE
         probe.touch()
         probe.unlink()
     return directory

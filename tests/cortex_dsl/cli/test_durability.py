@@ -177,12 +177,13 @@ def test_killed_before_there_is_a_journal(cortexc: Command, left_turn: Path, tmp
     (run / "journal.sqlite.new").write_bytes(b"half a journal")
     (run / "journal.sqlite.new-journal").write_bytes(b"and how to take it back")
     (run / ".lock").touch()
+    (run / ".write-test").touch()
     result = cortexc("resume", run)
     assert result.code == 2
     assert "there is no journal" in result.said
     assert "start that search again" in result.said
     assert cortexc(left_turn, "--random", *SMALL, "--out", run).code == 0
-    assert not list(run.glob("*.new*"))
+    assert not [*run.glob("*.new*"), *run.glob(".write-test")]
 
 
 def test_a_stopped_run_goes_on(left_turn: Path, cortexc: Command, command_server: ForkServer, tmp_path: Path) -> None:
