@@ -5,7 +5,7 @@
     python -m benchmarks.suite                                   # the tables of what is kept
 
 In every file the ego brakes for whatever is about to be struck, and gives way or keeps its distance; others that could
-be in its way start 40 m away or more. A failure is a collision that is no fault of another (`engine.vocabulary.Fault`).
-Its mechanism is whom the ego met and on which side of itself, or the planted defect that it came from. README.md says
-what the groups of files are for.
+be in its way start 40 m away or more (in `outside_cut_in`, all but the car on the next lane to the left). A failure is
+a collision that is no fault of another (`engine.vocabulary.Fault`). Its mechanism is whom the ego met and on which side
+of itself, or the planted defect that it came from. README.md says what the groups of files are for.
 """

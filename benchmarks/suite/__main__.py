@@ -7,7 +7,7 @@ from pathlib import Path
 from benchmarks.suite import __doc__ as about
 from benchmarks.suite import comparison, tables, truth
 from benchmarks.suite.outside import OUTSIDE
-from benchmarks.suite.scenarios import HERE, PLANTED, named
+from benchmarks.suite.scenarios import HERE, PLANTED, named, runnable
 
 METHODS = f"random,ga,niching,best_first, all other methods of cortexc, {', '.join(OUTSIDE)}"
 
@@ -15,7 +15,7 @@ METHODS = f"random,ga,niching,best_first, all other methods of cortexc, {', '.jo
 def main() -> None:
     parser = argparse.ArgumentParser(description=(about or "").splitlines()[0])
     parser.add_argument(
-        "--scenarios", default="all", help="names with commas between them, or tune, judge, planted, all"
+        "--scenarios", default="all", help="names with commas between them, or tune, judge, planted, outside, all"
     )
     parser.add_argument("--truth", action="store_true", help="make plain draws, and add them to those that are kept")
     parser.add_argument("--count", type=int, default=200_000, help="of them, for each scenario")
@@ -33,6 +33,8 @@ def main() -> None:
         truth.plant(options.plant, options.folder, options.count, options.jobs)
         return
     names = named(options.scenarios)
+    if options.plain or options.truth or options.methods:
+        names = runnable(names)
     if options.plain:
         print(truth.beside_plain_draws(names, options.count, options.jobs))
         return

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.suite.outside import OUTSIDE
-from benchmarks.suite.scenarios import HERE, Runs, planted_in, scenario
+from benchmarks.suite.scenarios import HERE, Runs, digest_of, planted_in, scenario
 from engine.config import Config
 from engine.program import Program
 from engine.risk import PROFILES
@@ -75,7 +75,7 @@ def compare(
     """Make the runs that are not kept yet, or without their time, seeds 0, 1, … and keep each at once; for so many
     seconds at most.
     """
-    digests = {name: scenario(name).program.digest for name in names}
+    digests = {name: digest_of(name, scenario(name).program) for name in names}
     there = {found.key for found in kept(path) if found.processor is not None}
     end = time.perf_counter() + seconds
     asked = [
@@ -147,7 +147,7 @@ def found_in(
     objective = campaign.objective[0]
     return Found(
         scenario=name,
-        digest=program.digest,
+        digest=digest_of(name, program),
         method=campaign.method,
         objective=objective,
         budget=budget,

@@ -1,14 +1,18 @@
 """The scenarios, and what a failure is and by which mechanism it came."""
 
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.suite.highway_driver import EXTRA, MODULE, PACKAGE, IdmMobil
 from benchmarks.suite.planting import Defect, delayed_by
 from cortex_dsl import Scenario, load
+from engine.extras import installing, is_installed
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Fault, Side
@@ -20,7 +24,7 @@ DEFECTS = {
     name: tuple(Defect(tuple(row["genes"]), tuple(row["centre"]), row["sharpness"]) for row in rows)
     for name, rows in json.loads(HIDDEN.read_text()).items()
 }
-TUNE, JUDGE, PLANTED = "tune", "judge", "planted"
+TUNE, JUDGE, PLANTED, DRIVEN = "tune", "judge", "planted", "outside"
 HALVES = {
     "crossing_hesitates": TUNE,
     "crowd": TUNE,
@@ -35,8 +39,13 @@ HALVES = {
     "three_partners_noisy": JUDGE,
     "two_walkers": JUDGE,
     **dict.fromkeys(DEFECTS, PLANTED),
+    "outside_cut_in": DRIVEN,
+    "outside_merge": DRIVEN,
+    "outside_stop_and_go": DRIVEN,
 }
-"""File, without its ending, and what it is for."""
+"""File, without its ending, and its group."""
+FOLDERS = {PLANTED: HERE / "planted", DRIVEN: HERE / "highway"}
+"""Folder of the files of a group, if it is not this one."""
 
 
 CROWD = 4
@@ -98,11 +107,32 @@ def planted_in(name: str) -> tuple[Defect, ...]:
 
 
 def named(names: str) -> list[str]:
-    """`all`, a half, or names with commas between them."""
-    if names in (TUNE, JUDGE, PLANTED):
+    """Return the names of a group, of `all` groups, or those that stand with commas between them."""
+    if names in (TUNE, JUDGE, PLANTED, DRIVEN):
         return [name for name, half in HALVES.items() if half == names]
     return list(HALVES) if names == "all" else names.split(",")
 
 
+def is_driven(name: str) -> bool:
+    """Return True if a driver from outside drives the ego of the file."""
+    return HALVES.get(name) == DRIVEN
+
+
+def runnable(names: Sequence[str]) -> list[str]:
+    """Return the names of files that can be simulated here, and say on stderr why the others are left out."""
+    left_out = [] if is_installed(MODULE) else [name for name in names if is_driven(name)]
+    if left_out:
+        cure = f"{', '.join(left_out)}: left out, as {PACKAGE} is not installed ({installing(EXTRA)})"
+        print(cure, file=sys.stderr)
+    return [name for name in names if name not in left_out]
+
+
 def scenario(name: str) -> Scenario:
-    return load(HERE / (PLANTED if HALVES.get(name) == PLANTED else "") / f"{name}.scn")
+    """Return the scenario of a file, with the driver from outside where the file needs one that is installed."""
+    made = load(FOLDERS.get(HALVES.get(name, ""), HERE) / f"{name}.scn")
+    return made.driven_by(IdmMobil()) if is_driven(name) and is_installed(MODULE) else made
+
+
+def digest_of(name: str, program: Program) -> str:
+    """Return the digest of a file's program, with the version of a driver from outside: results are of both."""
+    return f"{program.digest}, {PACKAGE} {version(PACKAGE)}" if is_driven(name) else program.digest

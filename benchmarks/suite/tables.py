@@ -6,7 +6,7 @@ from itertools import combinations
 from statistics import median
 
 from benchmarks.suite.comparison import Found
-from benchmarks.suite.scenarios import HALVES, JUDGE, TUNE
+from benchmarks.suite.scenarios import DRIVEN, HALVES, JUDGE, TUNE
 from benchmarks.suite.truth import Truth
 from engine.search.statistics import clopper_pearson, holm
 
@@ -123,8 +123,8 @@ def _simulations(cell: Cell) -> str:
 
 
 def summaries(found: Sequence[Found], truths: dict[str, Truth]) -> str:
-    """Two panels for each half and for both: all scenarios by the methods that have runs on each, and, where there are
-    methods that have runs on some, these by all methods.
+    """Two panels for each half, for the driver from outside, and for all files: all scenarios by the methods that have
+    runs on each, and, where there are methods that have runs on some, these by all methods.
     """
     cells = timed_cells(found, truths)
     methods = methods_of(cells)
@@ -142,7 +142,7 @@ def _panel(cells: Cells, names: Sequence[str]) -> str:
     equal = {
         name: {m: Cell(cells[name][m].truth, cells[name][m].rows[: runs[name]]) for m in methods} for name in names
     }
-    for half in (TUNE, JUDGE, "both"):
+    for half in (TUNE, JUDGE, DRIVEN, "both"):
         chosen = {name: row for name, row in equal.items() if half in (HALVES[name], "both")}
         lines += list(_of_methods(chosen, methods, half)) if chosen else []
     return "\n".join(lines)

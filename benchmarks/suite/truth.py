@@ -14,9 +14,10 @@ import numpy as np
 from numpy.random import default_rng
 
 from benchmarks.suite.planting import EDGES, Defect, planted
-from benchmarks.suite.scenarios import HALVES, HERE, HIDDEN, Runs, mechanism_of, planted_in, scenario
+from benchmarks.suite.scenarios import HALVES, HERE, HIDDEN, Runs, digest_of, mechanism_of, planted_in, scenario
 from cortex_dsl import Scenario, compile_text
 from engine.batch import simulate
+from engine.driving.blocks import driven
 from engine.sampling import draw_genomes, sample
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
@@ -81,8 +82,9 @@ def add(names: list[str], count: int, jobs: int, path: Path = KEPT) -> None:
         if defects := planted_in(name):
             _store(name, by_strata(made, defects, max(1, count // STRATA), jobs), path)
             continue
-        known = kept(path).get(name, Truth(made.program.digest))
-        known = known if known.digest == made.program.digest else Truth(made.program.digest)
+        digest = digest_of(name, made.program)
+        known = kept(path).get(name, Truth(digest))
+        known = known if known.digest == digest else Truth(digest)
         ends = [*range(known.draws, known.draws + count, BLOCK), known.draws + count]
         for first, last in pairwise(ends):
             known = _added(known, made, *_drawn(made, first, last, jobs))
@@ -105,7 +107,12 @@ def _drawn(made: Scenario, first: int, last: int, jobs: int) -> tuple[int, int, 
 def _run(made: Scenario, genomes: Floats, keys: Ints, jobs: int) -> tuple[Bools, Runs]:
     """Which genomes have a scene, and their runs."""
     program, config = made.program, made.config.simulation
-    outcomes = simulate(program, sample(program, genomes, keys, config, jobs), config, jobs)
+    scenes, driver = sample(program, genomes, keys, config, jobs), made.config.driver
+    outcomes = (
+        driven(driver, program, scenes, made.config, jobs).outcomes
+        if driver is not None
+        else simulate(program, scenes, config, jobs)
+    )
     pair, rows = np.maximum(outcomes.contact_actors[:, 1] - 1, 0), np.arange(len(genomes))
     columns = {name: getattr(outcomes, name)[rows, pair] for name in ("fault", "side", "ego_speed", "other_speed")}
     valid = outcomes.verdict == Verdict.VALID
