@@ -2,6 +2,7 @@
 
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,9 +86,9 @@ def test_without_the_package_files_are_left_out(
 )
 def test_it_moves_as_in_the_simulator_of_the_package(wish: float, ahead: float, truck: float, phase: float) -> None:
     """It overtakes a truck along the same way at the same speed, and stays behind one that is faster."""
-    own = {"EGO_SPEED": wish, "AHEAD": ahead, "TRUCK_SPEED": truck, "PHASE": phase}
+    params: dict[str, Any] = {**OVERTAKING, "EGO_SPEED": wish, "AHEAD": ahead, "TRUCK_SPEED": truck, "PHASE": phase}
     file = FOLDERS[DRIVEN] / "outside_merge.scn"
-    made = cx.load(file, **OVERTAKING, **own).driven_by(IdmMobil())
+    made = cx.load(file, **params).driven_by(IdmMobil())
     here = made.watch(made.sample(1, seed=1)).trajectory.states[:, :, :4]
     there = simulated_by_the_package(here, wish, phase)
     assert np.abs(there[:, :2] - here[:, 0, :2]).max() < 0.25
