@@ -31,6 +31,7 @@ Vassiliades and Mouret (2018), "Discovering the elite hypervolume by leveraging 
 what is believed of each candidate, Thompson (1933), "On the likelihood that one unknown probability exceeds another".
 """
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from math import isnan, log, sqrt
 from typing import NamedTuple
@@ -238,4 +239,4 @@ def failure_kind(result: Result) -> FailureKind:
 
 
 def _pace(speed: float) -> int:
-    return -1 if isnan(speed) else int(np.searchsorted(EDGES, abs(speed), side="right"))
+    return -1 if isnan(speed) else bisect_right(EDGES, abs(speed))
