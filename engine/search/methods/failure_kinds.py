@@ -65,8 +65,8 @@ SHORTEST, LONGEST = 0.005, 0.2
 """Standard deviation of a step, of the unit interval; its logarithm is uniform."""
 SPOT = 0.03
 """Standard deviation of the first step when best-first search continues from a predicted candidate."""
-KNOWN = 400
-"""Runs that the model is fitted to."""
+KNOWN = 200
+"""Runs that the model is fitted to; its time grows with their square."""
 COARSE, FINE, FAILING = range(3)
 """Rules by which a place takes a candidate."""
 LENGTH, NOISE = 0.25, 0.3
