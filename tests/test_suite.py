@@ -85,6 +85,9 @@ def test_what_is_known_is_known_of_this_file(name: str) -> None:
         pytest.skip("highway-env is not installed")
     assert known.digest == digest_of(name, scenario(name).program)
     assert known.rate < 0.02
+    if is_driven(name):
+        assert known.failures >= 100
+        assert len(known.known) >= 2
     assert sum(known.mechanisms.values()) == known.failures
 
 

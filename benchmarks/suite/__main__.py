@@ -33,21 +33,20 @@ def main() -> None:
         truth.plant(options.plant, options.folder, options.count, options.jobs)
         return
     names = named(options.scenarios)
-    if options.plain or options.truth or options.methods:
-        names = runnable(names)
+    able = runnable(names) if options.plain or options.truth or options.methods else []
     if options.plain:
-        print(truth.beside_plain_draws(names, options.count, options.jobs))
+        print(truth.beside_plain_draws(able, options.count, options.jobs))
         return
     if options.truth:
-        truth.add(names, options.count, options.jobs)
+        truth.add(able, options.count, options.jobs)
     if options.methods:
         methods = options.methods.split(",")
         asked = options.objective, options.runs, options.budget, options.jobs, options.seconds
-        comparison.compare(names, methods, *asked)
+        comparison.compare(able, methods, *asked)
     truths = {name: row for name, row in truth.kept().items() if name in names}
     print(truth.table(truths))
     found = [each for each in comparison.kept() if each.objective == options.objective]
-    found = [each for each in found if each.budget == options.budget]
+    found = [each for each in found if each.budget == options.budget and each.scenario in truths]
     for made in () if not found else (tables.table, tables.compact, tables.summaries, tables.curves, tables.ranking):
         print(f"\n{made(found, truths)}")
 
