@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +42,9 @@ from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.version import VERSION
 from engine.config import DEFAULT_REFERENCES
 from engine.errors import ArgumentError, UnreadableFileError
+from engine.references import joint_verdict
 from engine.search.store import without_folders
+from engine.vocabulary import Answer
 
 SUITE, COMPARE, COVERAGE, TEST = "suite", "compare", "coverage", "test"
 TABLES = {SUITE: "cells", COMPARE: "pairs", COVERAGE: "cells"}
@@ -285,33 +286,22 @@ def _is_time(budget: str) -> bool:
     return not budget.replace(",", "").isdigit()
 
 
-SEVERAL = re.compile(r"avoids ([\d,]+) of ([\d,]+)")
-
-
-def _verdict(answers: Mapping[str, str]) -> str:
-    """Return the verdict on a cell from the answers of the drivers, which name counts for a searched range."""
-    avoids = collides = struck = 0
-    for answer in answers.values():
-        if several := SEVERAL.fullmatch(answer):
-            most, tests = (int(number.replace(",", "")) for number in several.groups())
-            avoids, collides = avoids + (most > 0), collides + (most < tests)
-        else:
-            avoids, collides = avoids + (answer == "avoids"), collides + (answer == "collides")
-            struck += answer == "struck"
-    if avoids and collides:
-        return "disputed"
-    if avoids or collides:
-        return "avoidable" if avoids else "unavoidable"
-    return "struck" if struck else "no_model"
+def _verdict(cell: Mapping[str, Any]) -> str:
+    """Return the verdict on a cell from the answers of the drivers."""
+    counts = {
+        name: {Answer[answer.upper()]: count for answer, count in said.items()}
+        for name, said in cell["answers"].items()
+    }
+    return joint_verdict(counts).name.lower()
 
 
 def _suite_verdicts(cells: Sequence[Mapping[str, Any]], source: Provenance) -> Finding:
-    judged = [cell for cell in cells if cell["references"]]
+    judged = [cell for cell in cells if cell["answers"]]
     if not judged:
         return missing(Topic.VERDICTS, "no cell was judged: an ego that keeps its speed cannot drive in the scenarios")
-    said = Counter(_verdict(cell["references"]) for cell in judged)
-    failed = Counter(_verdict(cell["references"]) for cell in judged if cell["outcome"] == "fail")
-    names = sorted({name for cell in judged for name in cell["references"]})
+    said = Counter(_verdict(cell) for cell in judged)
+    failed = Counter(_verdict(cell) for cell in judged if cell["outcome"] == "fail")
+    names = sorted({name for cell in judged for name in cell["answers"]})
     finding = verdicts_finding(dict(said), "cells, with an ego that keeps its speed", source, names, None)
     line: list[str | Value] = [
         "the driver fails ",

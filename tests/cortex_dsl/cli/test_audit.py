@@ -8,6 +8,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cortex_dsl as cx
-from cortex_dsl.api.audit_documents import without_folders_of
+from cortex_dsl.api.audit_documents import audit_of_document, document_in, without_folders_of
 from cortex_dsl.report.findings.audit_report import STEP_BIAS, Topic
 from engine.gates.exposure import CellCount, exposed_rate, upper_bound
+from engine.references import NAMES, verdicts
 from engine.search.campaign import Progress
+from engine.vocabulary import Answer, Blame
 from tests import audit_again
 from tests.audited import FOLLOWING, KINDS, audit
 from tests.runs import LEFT_TURN
@@ -165,6 +168,28 @@ def test_the_sheet_is_complete_for_every_example(
     assert not re.search(r"\bnan\b|\bNone\b|\binf\b|>\s*–\s*<", text)
     content = document(tmp_path / "run")
     assert all(number["available"] or number["reason"] for number in content["numbers"].values())
+
+
+@given(st.data())
+def test_the_verdicts_on_the_cells_of_a_suite_are_those_of_the_engine(
+    copy_of: Callable[[str], Path], data: st.DataObject
+) -> None:
+    """Whatever the drivers said, reasons why a collision is out of their range among it."""
+    found = document_in(copy_of("suite"))
+    assert found is not None
+    content = json.loads(json.dumps(found.content))
+    judged = [cell for group in content["groups"] for cell in group["cells"] if cell["answers"]]
+    of_the_ego = [each for each in Answer if each not in (Answer.NONE, Answer.STRUCK)]
+    row = st.one_of(st.just([Answer.STRUCK] * 5), st.lists(st.sampled_from(of_the_ego), min_size=5, max_size=5))
+    rows = [data.draw(row) for _ in judged]
+    for cell, said in zip(judged, rows, strict=True):
+        cell["answers"] = {name: {answer.name.lower(): 1} for name, answer in zip(NAMES, said, strict=True)}
+    report = audit_of_document(replace(found, content=content))
+    (values,) = (each.values for each in report.findings if each.topic is Topic.VERDICTS)
+    codes = verdicts(np.array(rows)).tolist()
+    names = [blame.name.lower() for blame in Blame if blame is not Blame.NONE]
+    expected = {name: sum(Blame(code).name.lower() == name for code in codes) for name in names}
+    assert {name: values.get(name, 0) for name in names} == expected
 
 
 # -- tests as a document -----------------------------------------------------------------------------------------------

@@ -26,6 +26,7 @@ from cortex_dsl.console.terminal import Exit
 from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
 from engine.gates.ranges import largest_ranges, spread
 from engine.gates.ratings import Colour
+from engine.vocabulary import Answer
 
 Run = Callable[..., Any]
 BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
@@ -184,7 +185,7 @@ def test_a_defect_in_one_cell_fails_there_and_nowhere_else(speed: int, location:
     failing = [name for name, cell in found.items() if cell.outcome is not Outcome.PASS]
     assert failing == [f"CCRs/{speed}/{location}"]
     assert found[failing[0]].impact == pytest.approx(speed, abs=0.05)
-    assert found[failing[0]].references["careful"] == "avoids"
+    assert found[failing[0]].said["careful"] == "avoids"
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
@@ -653,7 +654,10 @@ def test_cut_ins_that_can_be_avoided_are_avoided_by_a_driver_that_keeps_its_gap_
         assert cell.outcome is Outcome.FAIL
         assert cell.searched is not None
         assert 0 < cell.searched.failures <= cell.searched.runs < 64
-        assert cell.references["careful"].startswith("avoids")
+        counts = cell.references["careful"]
+        assert set(counts) <= {Answer.AVOIDS, Answer.COLLIDES}
+        assert sum(counts.values()) == cell.searched.runs
+        assert cell.said["careful"] == f"avoids {counts[Answer.AVOIDS]} of {cell.searched.runs}"
 
 
 def test_the_heads_of_a_search_name_failures(cortexc: Run, home: Path) -> None:
