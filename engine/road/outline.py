@@ -14,7 +14,7 @@ from engine.road.regions import Shape
 from engine.road.specification import setback
 from engine.road.streets import layers
 from engine.tables import Bools, Floats
-from engine.vocabulary import LEVEL
+from engine.vocabulary import LEVEL, HeightColumn
 
 DECK_SHADOW, DECK_EDGE = 1.6, 0.5
 """Excess of a bridge's shadow and of its edges over its width, in pictures [m]."""
@@ -209,11 +209,11 @@ def _decks(network: Network) -> Iterator[tuple[Floats, float]]:
     places = np.floor(rows[:, :2] / NEARBY).astype(np.int64)
     places -= places.min(axis=0) - 1
     lowest = np.full(places.max(axis=0) + 2, np.inf)
-    np.minimum.at(lowest, (places[:, 0], places[:, 1]), rows[:, 2])
+    np.minimum.at(lowest, (places[:, 0], places[:, 1]), rows[:, HeightColumn.HEIGHT])
     shifts = [(across, along) for across in (-1, 0, 1) for along in (-1, 0, 1)]
     around = np.min([lowest[places[:, 0] + across, places[:, 1] + along] for across, along in shifts], axis=0)
-    above = rows[:, 2] - around >= LEVEL
-    lane = rows[:, 5].astype(np.int64)
+    above = rows[:, HeightColumn.HEIGHT] - around >= LEVEL
+    lane = rows[:, HeightColumn.LANE].astype(np.int64)
     numbers: list[int] = np.unique(lane[above]).tolist()
     for number in numbers:
         own = np.flatnonzero(lane == number)
