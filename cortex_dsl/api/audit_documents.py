@@ -11,6 +11,7 @@ from shlex import join, split
 from typing import Any
 
 from cortex_dsl.api.exposure import Exposure
+from cortex_dsl.api.suite_consistency import answers_of, contradictions
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.blocks import Value
 from cortex_dsl.report.documents import EFFORT, SCHEMA_VERSION
@@ -44,7 +45,6 @@ from engine.config import DEFAULT_REFERENCES
 from engine.errors import ArgumentError, UnreadableFileError
 from engine.references import joint_verdict
 from engine.search.store import without_folders
-from engine.vocabulary import Answer
 
 SUITE, COMPARE, COVERAGE, TEST = "suite", "compare", "coverage", "test"
 TABLES = {SUITE: "cells", COMPARE: "pairs", COVERAGE: "cells"}
@@ -234,6 +234,8 @@ def _by_reason(reasons: Sequence[str], what: str) -> list[NotRun]:
 
 def _suite(found: Document, exposure: Exposure | None, command: str) -> AuditReport:
     content = found.content
+    for what in contradictions(content):
+        raise ArgumentError(f"`{found.path}`, {what}", "it was changed: run `cortexc suite` again")
     groups, driver = content["groups"], without_folders(content["driver"])
     cells = [cell for group in groups for cell in group["cells"]]
     source = _source(found, command, {group["file"]: group["digest"] for group in groups if group["digest"]})
@@ -288,11 +290,7 @@ def _is_time(budget: str) -> bool:
 
 def _verdict(cell: Mapping[str, Any]) -> str:
     """Return the verdict on a cell from the answers of the drivers."""
-    counts = {
-        name: {Answer[answer.upper()]: count for answer, count in said.items()}
-        for name, said in cell["answers"].items()
-    }
-    return joint_verdict(counts).name.lower()
+    return joint_verdict(answers_of(cell)).name.lower()
 
 
 def _suite_verdicts(cells: Sequence[Mapping[str, Any]], source: Provenance) -> Finding:

@@ -139,7 +139,8 @@ class GroupRuns:
             return GroupResult(self.group.name, cells_without, self.group.points)
         cells = list[CellResult]()
         for number, (cell, genome) in enumerate(zip(self.group.cells, genomes, strict=True)):
-            cells.append(self._cell(cell, genome))
+            before = self.runs if cells else 0  # the run that shows whether the driver warns is one of the first cell
+            cells.append(replace(self._cell(cell, genome), simulations=self.runs - before))
             self.cells_left -= 1
             if self.on_runs is not None:
                 self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))

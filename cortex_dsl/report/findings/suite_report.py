@@ -89,6 +89,8 @@ class CellResult:
     deviation_runs: int = 0
     """Runs of the search for it."""
     searched: SearchedRange | None = None
+    simulations: int = 0
+    """All runs of the cell, but those of reference drivers."""
     references: Mapping[str, Mapping[Answer, int]] = field(default_factory=dict)
     """How often each reference driver gave each answer to a collision of an ego that keeps its speed: once, or up to
     once for each run of a search; {} without a collision.
@@ -101,7 +103,12 @@ class CellResult:
     @property
     def said(self) -> dict[str, str]:
         """Return the answers of each reference driver in words."""
-        return {name: _said(counts) for name, counts in self.references.items()}
+        return answer_texts(self.references)
+
+
+def answer_texts(references: Mapping[str, Mapping[Answer, int]]) -> dict[str, str]:
+    """Return the answers of each reference driver in words."""
+    return {name: _said(counts) for name, counts in references.items()}
 
 
 def _said(counts: Mapping[Answer, int]) -> str:
@@ -291,6 +298,7 @@ def _cell_content(cell: CellResult) -> dict[str, Any]:
             "replay": deviation.replay,
         },
         "deviation_runs": cell.deviation_runs,
+        "simulations": cell.simulations,
         "search": None if searched is None else {
             "runs": searched.runs, "failures": searched.failures,
             "without_failure": {name: list(ends) for name, ends in searched.ranges.items()},

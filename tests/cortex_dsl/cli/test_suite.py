@@ -113,6 +113,8 @@ def test_a_person_brakes_only_where_the_driver_warns(suite: str, group: str) -> 
     person = WARNS.replace("warning_ttc", "max_speed=0 m/s, warning_ttc").format(8)
     warned = run_suite(suite, person, budget=4, only=only)
     assert {cell.outcome for cell in warned.cells} == {Outcome.PASS}
+    for each in warned.groups:  # the run that shows whether the driver warns is one of them
+        assert each.runs == sum(cell.simulations for cell in each.cells) > 0
     late = run_suite(suite, person.replace("=8 s", "=0.4 s"), budget=4, only=only)
     assert {cell.outcome for cell in late.cells} == {Outcome.FAIL}
     for driver in ("EmergencyBrakeBehavior", "FollowLaneBehavior"):
