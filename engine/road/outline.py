@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,6 +23,7 @@ NEARBY = 4.0
 """Side of a cell [m]: lanes in the same or the next cell are compared in height."""
 CONSTANT_WIDTH = 0.05
 """Change of width below which a lane is drawn with a constant width [m]."""
+Paint = TypeVar("Paint")
 Shown = Callable[[int, float], str]
 """(phase, time [s]) -> colour of the lights: green, yellow or red; "" if unknown."""
 
@@ -72,6 +74,12 @@ class Outline:
     """Lines across each lane with a traffic light."""
     decks: tuple[tuple[Floats, float], ...] = ()
     """Centre lines of the parts of lanes that pass over others, and their widths [m]: drawn above all other roads."""
+
+    def deck_coats(self, shadow: Paint, edge: Paint, asphalt: Paint) -> Iterator[tuple[Floats, float, Paint]]:
+        """Yield the lines of all bridges, their widths [m] and their paints, in the order in which they are painted."""
+        for paint, excess in ((shadow, DECK_SHADOW), (edge, DECK_EDGE), (asphalt, 0.0)):
+            for line, width in self.decks:
+                yield line, width + excess, paint
 
 
 def outline(network: Network, shown: Shown | None = None) -> Outline:
