@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
+from time import perf_counter
 from typing import Any, cast
 
 import numpy as np
@@ -59,7 +60,9 @@ MAX_SAMPLES = 100_000
 """Maximum number of steps of a run; a record of that length takes 7 MB per actor."""
 CONTACT = ContactConfig()
 CHUNK = 1000
-"""Scenes per uninterruptible call: about 50 ms, so that Ctrl-C takes effect at once."""
+"""Most scenes per uninterruptible call."""
+FIRST_CHUNK, A_MOMENT = 25, 0.05
+"""Scenes in the first call of one thread, and the time that its later calls take [s], so that Ctrl-C is heard soon."""
 
 
 def plan(
@@ -404,12 +407,21 @@ def _integers(array: Ints) -> Ints:
 
 
 def in_parts(rows: int, jobs: int, run: Callable[[Window], None]) -> None:
-    """Call `run` for windows of all rows in `jobs` threads; several windows each, so that they end together."""
+    """Call `run` for windows of all rows, in `jobs` threads: several windows each, so that they end together."""
+    if jobs == 1:
+        _in_moments(rows, run)
+        return
     size = max(1, min(CHUNK, -(-rows // (4 * jobs))))
     parts = [Window(*ends) for ends in pairwise([*range(0, rows, size), rows])]
-    if jobs == 1 or len(parts) < 2:
-        for part in parts:
-            run(part)
-        return
     with ThreadPoolExecutor(jobs) as pool:
         list(pool.map(run, parts))
+
+
+def _in_moments(rows: int, run: Callable[[Window], None]) -> None:
+    """Call `run` for windows of all rows in this thread; each is as long as the one before suggests."""
+    first, size = 0, FIRST_CHUNK
+    while first < rows:
+        last, start = min(rows, first + size), perf_counter()
+        run(Window(first, last))
+        seconds = max(perf_counter() - start, 1e-6)
+        first, size = last, max(1, min(CHUNK, int((last - first) * A_MOMENT / seconds)))

@@ -43,6 +43,12 @@ def test_a_planted_file_has_the_defects_of_its_seed_and_its_rate(each: planting.
     assert all(count > 0 for count in known.mechanisms.values())
 
 
+@pytest.mark.parametrize("family", planting.FAMILIES)
+def test_an_ego_without_a_defect_brakes_in_time(family: str) -> None:
+    """So that failures near defects are all failures of a file: clearance at all corners, and in draws."""
+    assert truth.least_clearance(family, 300) > 1.0
+
+
 @given(st.integers(2, 5), st.floats(0.1, 0.3), st.floats(-6.0, -2.5))
 def test_shells_are_exact_volumes_of_uniform_points(size: int, fails_below: float, exponent: float) -> None:
     """A defect that fails below a share of the delay has the rate for which it was made, by the volume of its ball."""

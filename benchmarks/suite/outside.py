@@ -34,7 +34,7 @@ class Outside(InCube):
 
     def _proposals(self) -> list[Proposal]:
         points = np.clip(np.asarray(self._points(), dtype=np.float64), 0.0, 1.0)
-        return self._at(list(points), Operator.SAMPLED)
+        return self._at(points, Operator.SAMPLED)
 
     def _learn(self, results: Sequence[Result]) -> None:
         losses = np.array([-each.continuous if each.selectable else math.nan for each in results])

@@ -2,10 +2,11 @@
 
     python -m benchmarks.suite --plant TEXT --folder FOLDER     # the files of a seed, which is any text
 
-The ego of a base scene brakes in time in every draw. A *defect* delays its brake near a hidden place of a few genes: at
-the place it does not brake at all, and from a distance of `REACH` of each range on it brakes as early as elsewhere. How
-steeply the delay grows decides how rare the failures are, so that a search is guided from equally far to a failure of
-rate 3e-6 and to one of rate 3e-3. Each file has three defects, of which the second and the third fail a half and a
+The ego of a base scene brakes in time wherever no defect is: at all corners of the space it stays clear of the other,
+and in all draws that are made before a file is written. A *defect* delays its brake near a hidden place of a few genes:
+at the place it does not brake at all, and from a distance of `REACH` of each range on it brakes as early as elsewhere.
+How steeply the delay grows decides how rare the failures are, so that a search is guided from equally far to a failure
+of rate 3e-6 and to one of rate 3e-3. Each file has three defects, of which the second and the third fail a half and a
 sixth as often as the first.
 
 A first draw shows where a defect fails, from which its steepness is computed; the rate is then drawn anew. It is an
@@ -168,6 +169,11 @@ def _genes(base: str) -> list[Gene]:
 def _room(centre: Sequence[float]) -> float:
     """Return the distance of a place from the edge of the cube."""
     return min(min(place, 1.0 - place) for place in centre)
+
+
+def undisturbed(family: str) -> str:
+    """Return the text of a base scene without a defect."""
+    return _base(family).replace("# DEFECTS", f"BRAKES_AT = {IN_TIME} s")
 
 
 def delayed_by(defects: Sequence[Defect], units: Sequence[Floats]) -> tuple[Ints, Bools]:

@@ -30,8 +30,8 @@ from numpy.random import Generator
 
 from engine.portable import exp, log, log1p
 from engine.search.methods.cube import InCube, reflected
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
-from engine.tables import Floats, Ints
+from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, measure
+from engine.tables import Bools, Floats, Ints
 
 EXPLORING = 0.4
 """Share of a generation that is run at random."""
@@ -87,10 +87,10 @@ class BestFirst(InCube):
             self._stepped_from = self._chosen(count)
             self._second = np.full(count, NONE)
             self._points[:count], self._steps[:count] = self._children(stream)
-        return [self._proposal(slot, point) for slot, point in enumerate(self._points)]
+        return [self._proposal(slot, genome) for slot, genome in enumerate(self._cube.genomes(self._points))]
 
-    def _proposal(self, slot: int, point: Floats) -> Proposal:
-        genome, born = self._cube.genome(point), Birth(self._generation, slot)
+    def _proposal(self, slot: int, genome: Genome) -> Proposal:
+        born = Birth(self._generation, slot)
         if slot >= len(self._stepped_from):
             return Proposal(genome, Operator.RANDOM, born)
         first, second = int(self._stepped_from[slot]), int(self._second[slot])
@@ -101,9 +101,10 @@ class BestFirst(InCube):
     def _chosen(self, count: int) -> Ints:
         """Return (count,) rows of the archive to step from; each counts as a try before the next is chosen."""
         promise, rows = rarity(self._value), np.empty(count, dtype=np.int64)
+        columns = np.ascontiguousarray(self._archive.T)
         for place in range(count):
             row = np.argmax(promise - log_tries(self._tries) - log_tries(self._tries_of_kind)[self._kind])
-            self._tries += near(self._archive, self._archive[row])
+            self._tries += near(columns, self._archive[row])
             self._tries_of_kind[self._kind[row]] += 1
             rows[place] = row
         return rows
@@ -122,7 +123,7 @@ class BestFirst(InCube):
 
     def _learn(self, results: Sequence[Result]) -> None:
         known = [slot for slot, result in enumerate(results) if result.selectable]
-        parents = self._archive[self._stepped_from]
+        parents = np.ascontiguousarray(self._archive[self._stepped_from].T)
         tries = np.array([near(parents, self._points[slot]).sum() for slot in known], dtype=np.int64)
         self._archive = np.concatenate([self._archive, self._points[known]])
         self._archived_steps = np.append(self._archived_steps, self._steps[known])
@@ -153,9 +154,9 @@ def _logarithms(bits: int) -> Floats:
     return log1p(np.arange(2**bits))
 
 
-def near(points: Floats, point: Floats) -> np.ndarray:
-    """Return (n,) True for points that are near `point`."""
-    return np.asarray(np.abs(points - point).max(axis=1, initial=0.0) < NEAR)
+def near(columns: Floats, point: Floats) -> Bools:
+    """Return (n,) True for points that are near `point` (d,); `columns` (d, n) are their coordinates."""
+    return np.asarray((np.abs(columns - point[:, np.newaxis]) < NEAR).all(axis=0))
 
 
 def kind_of(result: Result) -> Kind:

@@ -8,7 +8,7 @@ R"; McKay, Beckman and Conover (1979), "A comparison of three methods for select
 """
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import floor
 from typing import Any
 
@@ -41,14 +41,14 @@ class Cube:
 
     def genome(self, point: Floats) -> Genome:
         """Return the genome at a point (d,); points outside count as the nearest inside."""
-        inside = np.clip(point, 0.0, 1.0)
-        slices = np.minimum(np.floor(inside * self._values), self._values - 1.0)
-        steps = np.where(self._discrete, slices, inside * self._span)
-        return tuple(np.minimum(self._low + steps, self._low + self._span).tolist())
+        return self.genomes(point[np.newaxis])[0]
 
     def genomes(self, points: Floats) -> list[Genome]:
         """Return one genome for each row of points (n, d)."""
-        return [self.genome(point) for point in points]
+        inside = np.clip(points, 0.0, 1.0)
+        slices = np.minimum(np.floor(inside * self._values), self._values - 1.0)
+        steps = np.where(self._discrete, slices, inside * self._span)
+        return list(map(tuple, np.minimum(self._low + steps, self._low + self._span).tolist()))
 
     def point(self, genome: Sequence[float]) -> Floats:
         """Return (d,) the point of a genome; a discrete value is the middle of its slice, a one-value range 0.5."""
@@ -65,11 +65,11 @@ class InCube(GenerationSearcher):
         super().__init__(population, streams)
         self._cube = Cube(box)
 
-    def _at(self, points: Iterable[Floats], operator: Operator) -> list[Proposal]:
+    def _at(self, points: Floats, operator: Operator) -> list[Proposal]:
         """Return one individual per point (d,), all born now of the same operator and without parents."""
         return [
             Proposal(genome, operator, Birth(self._generation, slot))
-            for slot, genome in enumerate(map(self._cube.genome, points))
+            for slot, genome in enumerate(self._cube.genomes(points))
         ]
 
 

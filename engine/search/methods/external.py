@@ -42,7 +42,7 @@ class CovarianceAdaptation(InCube):
             self._strategy = self._start()
         self._points = self._strategy.ask()
         operator = Operator.RANDOM if self._generation == 0 else Operator.SAMPLED
-        return self._at([point[: self._cube.size] for point in self._points], operator)
+        return self._at(np.array(self._points)[:, : self._cube.size], operator)
 
     def _start(self) -> Any:
         stream = self._streams(self._generation, 0)

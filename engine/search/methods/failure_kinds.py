@@ -31,6 +31,7 @@ Vassiliades and Mouret (2018), "Discovering the elite hypervolume by leveraging 
 what is believed of each candidate, Thompson (1933), "On the likelihood that one unknown probability exceeds another".
 """
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from math import isnan, log, sqrt
 from typing import NamedTuple
@@ -64,8 +65,8 @@ SHORTEST, LONGEST = 0.005, 0.2
 """Standard deviation of a step, of the unit interval; its logarithm is uniform."""
 SPOT = 0.03
 """Standard deviation of the first step when best-first search continues from a predicted candidate."""
-KNOWN = 400
-"""Runs that the model is fitted to."""
+KNOWN = 200
+"""Runs that the model is fitted to; its time grows with their square."""
 COARSE, FINE, FAILING = range(3)
 """Rules by which a place takes a candidate."""
 LENGTH, NOISE = 0.25, 0.3
@@ -238,4 +239,4 @@ def failure_kind(result: Result) -> FailureKind:
 
 
 def _pace(speed: float) -> int:
-    return -1 if isnan(speed) else int(np.searchsorted(EDGES, abs(speed), side="right"))
+    return -1 if isnan(speed) else bisect_right(EDGES, abs(speed))

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.random import Generator
 
 from engine.search.methods.cube import InCube, reflected
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt
+from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt
 from engine.tables import Bools, Floats, Ints
 
 BROOD = 10
@@ -72,12 +72,16 @@ class NichingSearch(InCube):
             self._points, parents = self._bred(stream)
             exploring = round(EXPLORING * self._population)
             self._points[:exploring], parents[:exploring] = stream.random((exploring, self._cube.size)), -1
-        return [self._proposal(slot, pair) for slot, pair in enumerate(parents.tolist())]
+        genomes = self._cube.genomes(self._points)
+        return [
+            self._proposal(slot, genome, pair)
+            for slot, (genome, pair) in enumerate(zip(genomes, parents.tolist(), strict=True))
+        ]
 
-    def _proposal(self, slot: int, parents: Sequence[int]) -> Proposal:
+    def _proposal(self, slot: int, genome: Genome, parents: Sequence[int]) -> Proposal:
         births = tuple(self._births[parent] for parent in parents if parent >= 0)
         operator = (Operator.RANDOM, Operator.MUTATION, Operator.CROSSOVER_MUTATION)[len(births)]
-        return Proposal(self._cube.genome(self._points[slot]), operator, Birth(self._generation, slot), births)
+        return Proposal(genome, operator, Birth(self._generation, slot), births)
 
     def _learn(self, results: Sequence[Result]) -> None:
         known = [slot for slot, result in enumerate(results) if result.judged]

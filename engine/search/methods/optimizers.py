@@ -101,8 +101,8 @@ class DifferentialEvolution(InCube):
         self._trials = np.array([point for point, _ in rows]).reshape(self._population, self._cube.size)
         operator = Operator.CROSSOVER if self._generation else Operator.RANDOM
         return [
-            Proposal(self._cube.genome(point), operator, Birth(self._generation, slot), parents)
-            for slot, (point, parents) in enumerate(rows)
+            Proposal(genome, operator, Birth(self._generation, slot), parents)
+            for slot, (genome, (_, parents)) in enumerate(zip(self._cube.genomes(self._trials), rows, strict=True))
         ]
 
     def _trial(self, slot: int) -> tuple[Floats, tuple[Birth, ...]]:

@@ -102,10 +102,8 @@ class TrustRegions(InCube):
                 moved[slots] = True
                 self._points[slots] = self._chosen(region, len(slots), stream)
         return [
-            Proposal(
-                self._cube.genome(point), Operator.SAMPLED if learnt else Operator.RANDOM, Birth(self._generation, slot)
-            )
-            for slot, (point, learnt) in enumerate(zip(self._points, moved.tolist(), strict=True))
+            Proposal(genome, Operator.SAMPLED if learnt else Operator.RANDOM, Birth(self._generation, slot))
+            for slot, (genome, learnt) in enumerate(zip(self._cube.genomes(self._points), moved.tolist(), strict=True))
         ]
 
     def _learn(self, results: Sequence[Result]) -> None:
