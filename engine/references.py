@@ -1,4 +1,4 @@
-"""The reference drivers that judge a collision: one table.
+"""The reference drivers that judge a collision, in one table, and the verdicts that follow from their answers.
 
 Parameters of all but the first are those of JRC-FSM (commit 01b05c2, `utility/vehicle.py` and `utility/models.py`), the
 code of the Joint Research Centre for UN R157; `engine.kernels.references` has the formulas. A model that judges a
@@ -7,14 +7,15 @@ fully. Outside of it there is a reason instead of an answer.
 """
 
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from engine.errors import ArgumentError, nearest
-from engine.tables import Floats, ReferenceModel
-from engine.vocabulary import Answer, ReferenceKind
+from engine.tables import Floats, Ints, ReferenceModel
+from engine.vocabulary import Answer, Blame, ReferenceKind
 
 SKILLED_BRAKING = 0.774 * 9.81
 """Full braking of the skilled driver of UN R157 [m/s^2]."""
@@ -129,3 +130,40 @@ def references(names: Sequence[str]) -> tuple[Reference, ...]:
 def rows_of(names: Sequence[str]) -> Floats:
     """Return (m, len(ReferenceModel)) the parameters of reference drivers."""
     return np.array([each.model for each in references(names)], dtype=np.float64)
+
+
+def verdicts(answers: Ints) -> Ints:
+    """Return (n,) the `Blame` that follows from the answers (n, drivers) of reference drivers."""
+    avoid, collide = (answers == Answer.AVOIDS).any(axis=1), (answers == Answer.COLLIDES).any(axis=1)
+    said = np.full(len(answers), int(Blame.NO_MODEL), dtype=np.int32)
+    said[avoid & ~collide] = Blame.AVOIDABLE
+    said[collide & ~avoid] = Blame.UNAVOIDABLE
+    said[avoid & collide] = Blame.DISPUTED
+    said[(answers == Answer.STRUCK).all(axis=1)] = Blame.STRUCK
+    said[(answers == Answer.NONE).all(axis=1)] = Blame.NONE
+    return said
+
+
+def shares(answers: Ints) -> Floats:
+    """Return (n,) the share of the drivers that avoid a collision, among those whose range covers it; else NaN."""
+    avoid, collide = (answers == Answer.AVOIDS).sum(axis=1), (answers == Answer.COLLIDES).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        return avoid / (avoid + collide)
+
+
+def answer_counts(names: Sequence[str], answers: Ints) -> dict[str, dict[Answer, int]]:
+    """Return how often each of these drivers gave each answer (n, drivers), for the collisions among n scenes."""
+    counts = [Counter[int](column[column != Answer.NONE].tolist()) for column in answers.T]
+    return {
+        name: {Answer(answer): count for answer, count in sorted(found.items())}
+        for name, found in zip(names, counts, strict=True)
+    }
+
+
+def joint_verdict(counts: Mapping[str, Mapping[Answer, int]]) -> Blame:
+    """Return the verdict on several collisions together, from the answers of each driver to all of them.
+
+    They are avoidable if no answer is a collision, and disputed if answers differ, be it those of one driver.
+    """
+    said = [answer for each in counts.values() for answer, count in each.items() if count]
+    return Blame(int(verdicts(np.array([said]))[0]))

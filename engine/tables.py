@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.handles import handle
+from engine.vocabulary import HeightColumn
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -69,9 +70,9 @@ class RoadTables(NamedTuple):
     """(cells, 3): x, y of a point of the cell that is on no edge, and 1 if it is in the road, else 0."""
     cell_frame: Floats = np.zeros(0)
     """(5,): least x and least y of all cells, side of a cell [m], columns, rows. There is no road outside the cells."""
-    heights: Floats = np.zeros((0, 6))
-    """(n, 6): x, y, height [m], slope along x and y, lane of points along the centres of all lanes, cell by cell. Only
-    a road that passes over another one has heights.
+    heights: Floats = np.zeros((0, len(HeightColumn)))
+    """(n, len(HeightColumn)): points along the centres of all lanes, cell by cell. Only a road that passes over
+    another one has heights.
     """
     height_start: Ints = np.zeros(1, dtype=np.int32)
     """(cells + 1,): offsets into `heights`; row by row from the south, each from west to east."""

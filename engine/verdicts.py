@@ -20,7 +20,7 @@ from engine.kernels.references import verdict_rows
 from engine.kernels.rows import Window
 from engine.program import Program
 from engine.references import references as drivers_of
-from engine.references import rows_of
+from engine.references import rows_of, verdicts
 from engine.scenes import Scenes, weather_sight
 from engine.tables import Floats, Ints
 from engine.vocabulary import Answer, Blame
@@ -119,25 +119,6 @@ def blame(
         left = take(scenes, rows)
         said[rows] = verdicts(answers_and_margins(program, left, config, contact, jobs, references, measured=False)[0])
     return said
-
-
-def verdicts(answers: Ints) -> Ints:
-    """Return (n,) the `Blame` that follows from the answers (n, drivers) of reference drivers."""
-    avoid, collide = (answers == Answer.AVOIDS).any(axis=1), (answers == Answer.COLLIDES).any(axis=1)
-    said = np.full(len(answers), int(Blame.NO_MODEL), dtype=np.int32)
-    said[avoid & ~collide] = Blame.AVOIDABLE
-    said[collide & ~avoid] = Blame.UNAVOIDABLE
-    said[avoid & collide] = Blame.DISPUTED
-    said[(answers == Answer.STRUCK).all(axis=1)] = Blame.STRUCK
-    said[(answers == Answer.NONE).all(axis=1)] = Blame.NONE
-    return said
-
-
-def shares(answers: Ints) -> Floats:
-    """Return (n,) the share of the drivers that avoid a collision, among those whose range covers it; else NaN."""
-    avoid, collide = (answers == Answer.AVOIDS).sum(axis=1), (answers == Answer.COLLIDES).sum(axis=1)
-    with np.errstate(invalid="ignore"):
-        return avoid / (avoid + collide)
 
 
 def judge(

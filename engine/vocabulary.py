@@ -358,8 +358,24 @@ class Command(IntEnum):
     ASIDE = 8
 
 
+class HeightColumn(IntEnum):
+    """Columns of `RoadTables.heights`: a point on the centre of a lane [m], its slopes, and the lane's number."""
+
+    X = 0
+    Y = 1
+    HEIGHT = 2
+    SLOPE_X = 3
+    SLOPE_Y = 4
+    LANE = 5
+
+
 LEVEL = 2.5
 """Least difference of height between two actors on different levels [m]: the headroom of a car."""
+LEVEL_REACH = 5.0
+"""Largest distance at which an object is on the level of a road [m]: from the road that its `level` names, or from the
+centre of a lane, of a pedestrian or an obstacle; *ours*: half a wide lane, a kerb and a sidewalk.
+"""
+
 SAME_WAY = 0.5
 """Cosine of the angle between two headings from which actors count as going the same way, or opposite ways."""
 FOR_ONE_STEP = 2.0

@@ -11,7 +11,6 @@ import re
 import sqlite3
 import sys
 from collections import Counter
-from collections.abc import Iterator
 from hashlib import sha256
 from html.parser import HTMLParser
 from pathlib import Path
@@ -260,10 +259,10 @@ def of_suite(folder: Path, numbers: dict[str, Any]) -> Numbers:
         found |= of_exposure(
             [(int(row["runs"]), int(row["failures"]), 0, weights.get(row["cell"], 0.0)) for row in rows]
         )
-    drivers = list(rows[0])[list(rows[0]).index("source") + 1 :]
-    judged = [row for row in rows if any(row[name] for name in drivers)]
-    said = Counter(verdict([row[name] for name in drivers]) for row in judged)
-    failed = Counter(verdict([row[name] for name in drivers]) for row in judged if row["outcome"] == "fail")
+    document = json.loads((folder / "suite.json").read_text(encoding="utf-8"))
+    judged = [cell for group in document["groups"] for cell in group["cells"] if cell["answers"]]
+    said = Counter(map(verdict, judged))
+    failed = Counter(verdict(cell) for cell in judged if cell["outcome"] == "fail")
     found |= {f"verdicts.{name}": said[name] for name in ("avoidable", "disputed", "unavoidable", "no_model", "struck")}
     found |= {"verdicts.judged": said.total(), "verdicts.failed.judged": failed.total()}
     found["verdicts.failed.avoidable"] = failed["avoidable"]
@@ -273,27 +272,18 @@ def of_suite(folder: Path, numbers: dict[str, Any]) -> Numbers:
     listed = numbers["deviation"].get("cells", [])
     assert sorted(sizes) == sorted(each["name"] for each in listed)
     found |= {f"deviation.cells.{number}.size": sizes[each["name"]] for number, each in enumerate(listed)}
-    document = json.loads((folder / "suite.json").read_text(encoding="utf-8"))
     found["effort.simulations"] = sum(group["runs"] for group in document["groups"])
     return found | of_effort(folder)
 
 
-def verdict(answers: list[str]) -> str:
+def verdict(cell: dict[str, Any]) -> str:
     """Return the verdict of the reference drivers on a cell."""
-    said = {word for answer in answers for word in words_of(answer)}
+    said = {answer for counts in cell["answers"].values() for answer in counts}
     if {"avoids", "collides"} <= said:
         return "disputed"
-    return "avoidable" if "avoids" in said else "unavoidable" if "collides" in said else (
-        "struck" if "struck" in said else "no_model"
-    )  # fmt: skip
-
-
-def words_of(answer: str) -> Iterator[str]:
-    if several := re.fullmatch(r"avoids ([\d,]+) of ([\d,]+)", answer):
-        most, tests = (int(each.replace(",", "")) for each in several.groups())
-        yield from ["avoids"] * (most > 0) + ["collides"] * (most < tests)
-    else:
-        yield answer
+    if said == {"struck"}:
+        return "struck"
+    return "avoidable" if "avoids" in said else "unavoidable" if "collides" in said else "no_model"
 
 
 def of_effort(folder: Path) -> Numbers:

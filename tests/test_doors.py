@@ -77,6 +77,23 @@ def test_a_door_turns_about_its_hinge(side: str, angle: float, time: float, leng
     assert len(np.unique(opened[opened.argmax() :])) == 1
 
 
+@examples(8, dear=True)
+@given(angle=st.floats(0.0, 90.0), time=st.floats(0.3, 2.0), pause=st.integers(0, 40))
+def test_a_door_opens_once(angle: float, time: float, pause: int) -> None:
+    """Whenever the action comes again, and with whatever angle and time, the run is that without it."""
+    twice = TEXT.format(**USUAL)
+    again = 'take OpenDoorAction("left")\nego'
+    assert again in twice
+    runs = []
+    for later in (f'take OpenDoorAction("left", {angle} deg, {time} s)', "wait"):
+        text = twice.replace(again, f"for step in range({pause}):\n        wait\n    {later}\nego")
+        scenario = compile_text(text)
+        runs.append(
+            batch.trajectory(scenario.program, scenario.sample(1, seed=5), 0, scenario.config.simulation).states
+        )
+    np.testing.assert_array_equal(runs[0], runs[1])
+
+
 def test_a_cyclist_hits_the_open_door_and_passes_the_closed_one() -> None:
     """Contact knows the door only when it is open; the rider passes the car itself at 0.5 m."""
     results = []

@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ from shlex import join, split
 from typing import Any
 
 from cortex_dsl.api.exposure import Exposure
+from cortex_dsl.api.suite_consistency import answers_of, contradictions
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.blocks import Value
 from cortex_dsl.report.documents import EFFORT, SCHEMA_VERSION
@@ -43,6 +43,7 @@ from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.version import VERSION
 from engine.config import DEFAULT_REFERENCES
 from engine.errors import ArgumentError, UnreadableFileError
+from engine.references import joint_verdict
 from engine.search.store import without_folders
 
 SUITE, COMPARE, COVERAGE, TEST = "suite", "compare", "coverage", "test"
@@ -233,6 +234,8 @@ def _by_reason(reasons: Sequence[str], what: str) -> list[NotRun]:
 
 def _suite(found: Document, exposure: Exposure | None, command: str) -> AuditReport:
     content = found.content
+    for what in contradictions(content):
+        raise ArgumentError(f"`{found.path}`, {what}", "it was changed: run `cortexc suite` again")
     groups, driver = content["groups"], without_folders(content["driver"])
     cells = [cell for group in groups for cell in group["cells"]]
     source = _source(found, command, {group["file"]: group["digest"] for group in groups if group["digest"]})
@@ -285,33 +288,18 @@ def _is_time(budget: str) -> bool:
     return not budget.replace(",", "").isdigit()
 
 
-SEVERAL = re.compile(r"avoids ([\d,]+) of ([\d,]+)")
-
-
-def _verdict(answers: Mapping[str, str]) -> str:
-    """Return the verdict on a cell from the answers of the drivers, which name counts for a searched range."""
-    avoids = collides = struck = 0
-    for answer in answers.values():
-        if several := SEVERAL.fullmatch(answer):
-            most, tests = (int(number.replace(",", "")) for number in several.groups())
-            avoids, collides = avoids + (most > 0), collides + (most < tests)
-        else:
-            avoids, collides = avoids + (answer == "avoids"), collides + (answer == "collides")
-            struck += answer == "struck"
-    if avoids and collides:
-        return "disputed"
-    if avoids or collides:
-        return "avoidable" if avoids else "unavoidable"
-    return "struck" if struck else "no_model"
+def _verdict(cell: Mapping[str, Any]) -> str:
+    """Return the verdict on a cell from the answers of the drivers."""
+    return joint_verdict(answers_of(cell)).name.lower()
 
 
 def _suite_verdicts(cells: Sequence[Mapping[str, Any]], source: Provenance) -> Finding:
-    judged = [cell for cell in cells if cell["references"]]
+    judged = [cell for cell in cells if cell["answers"]]
     if not judged:
         return missing(Topic.VERDICTS, "no cell was judged: an ego that keeps its speed cannot drive in the scenarios")
-    said = Counter(_verdict(cell["references"]) for cell in judged)
-    failed = Counter(_verdict(cell["references"]) for cell in judged if cell["outcome"] == "fail")
-    names = sorted({name for cell in judged for name in cell["references"]})
+    said = Counter(_verdict(cell) for cell in judged)
+    failed = Counter(_verdict(cell) for cell in judged if cell["outcome"] == "fail")
+    names = sorted({name for cell in judged for name in cell["answers"]})
     finding = verdicts_finding(dict(said), "cells, with an ego that keeps its speed", source, names, None)
     line: list[str | Value] = [
         "the driver fails ",

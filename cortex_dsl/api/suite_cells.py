@@ -34,7 +34,7 @@ from engine.control import NO_WARNINGS
 from engine.errors import ControllerError
 from engine.gates.ranges import largest_ranges, spread
 from engine.gates.ratings import COLOURS, RED, Rule, colours
-from engine.references import NAMES, OUT_OF_RANGE
+from engine.references import NAMES, answer_counts
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.search.statistics import clopper_pearson
@@ -64,7 +64,6 @@ RAYS = 16
 HALVINGS = 10
 ROUNDS, NEARBY = 3, 64
 """Rounds of draws within the least deviation so far, and their number."""
-ANSWERS = {Answer.AVOIDS: "avoids", Answer.COLLIDES: "collides", Answer.STRUCK: "struck", **OUT_OF_RANGE}
 
 
 @dataclass(frozen=True)
@@ -140,7 +139,8 @@ class GroupRuns:
             return GroupResult(self.group.name, cells_without, self.group.points)
         cells = list[CellResult]()
         for number, (cell, genome) in enumerate(zip(self.group.cells, genomes, strict=True)):
-            cells.append(self._cell(cell, genome))
+            before = self.runs if cells else 0  # the run that shows whether the driver warns is one of the first cell
+            cells.append(replace(self._cell(cell, genome), simulations=self.runs - before))
             self.cells_left -= 1
             if self.on_runs is not None:
                 self.on_runs(self.runs, round(self.runs / (number + 1) * len(genomes)))
@@ -438,10 +438,11 @@ class GroupRuns:
 
     # -- reference drivers
 
-    def _references(self, cell: Cell, genomes: Floats) -> dict[str, str]:
-        """Return the answer of each reference driver, or the number of tests that it avoids of several.
+    def _references(self, cell: Cell, genomes: Floats) -> dict[str, dict[Answer, int]]:
+        """Return how often each reference driver gave each answer to the collisions of tests.
 
-        The tests have these genomes (n, d), and an ego that keeps its speed; {} if none can in the file.
+        The tests have these genomes (n, d), and an ego that keeps its speed; {} if none can in the file, or without a
+        collision.
         """
         if self.blind is None:
             return {}
@@ -450,11 +451,8 @@ class GroupRuns:
         answers, _ = answers_and_margins(
             program, scenes, config.simulation, config.contact, self.plan.jobs, NAMES, measured=False
         )
-        if len(genomes) == 1:
-            return {name: ANSWERS[Answer(said)] for name, said in zip(NAMES, answers[0], strict=True) if said >= 0}
-        avoids, collides = ((answers == said).sum(axis=0).tolist() for said in (Answer.AVOIDS, Answer.COLLIDES))
-        counts = zip(NAMES, avoids, collides, strict=True)
-        return {name: f"avoids {most:,} of {most + rest:,}" for name, most, rest in counts if most + rest}
+        counts = answer_counts(NAMES, answers)
+        return counts if any(counts.values()) else {}
 
 
 def has_path(file: Path) -> bool:

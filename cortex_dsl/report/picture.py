@@ -1,15 +1,16 @@
 """A moment of a scene as pixels, from above around the ego: the result of `render()` of Gymnasium environments."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl.report.findings.case_replay import outline_corners
-from cortex_dsl.report.page.film import PARKED, STRIPS
+from cortex_dsl.report.page.film import RoadPainter
 from engine.extras import needed
-from engine.road.outline import DECK_EDGE, DECK_SHADOW, Outline
+from engine.road.outline import Outline
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -49,27 +50,13 @@ class Painter:
         return np.asarray(image, dtype=np.uint8)
 
     def _paint_road(self, draw: Any, center: Floats) -> None:
-        road = self._road
-        for kind, ring in road.strips:
-            draw.polygon(_pixels(ring, center), fill=STRIPS[kind])
-        for line, width in zip(road.center_lines, road.widths, strict=False):
-            if width > 0.0:
-                draw.line(_pixels(line, center), fill=ROAD, width=max(1, round(width * SCALE)), joint="curve")
-        for ring in road.areas:
-            draw.polygon(_pixels(ring, center), fill=ROAD)
+        road, painter = self._road, RoadPainter(draw, partial(_pixels, center=center), SCALE)
+        painter.ground(road, ROAD)
         for lines, colour in ((road.kerbs, KERB), (road.middle_lines, MIDDLE), (road.lane_lines, LINE)):
-            for line in lines:
-                draw.line(_pixels(line, center), fill=colour, width=2)
-        for line in road.stop_lines:
-            draw.line(_pixels(line, center), fill=LINE, width=4)
-        for rings, colour in ((road.stripes, LINE), (road.parked, PARKED)):
-            for ring in rings:
-                draw.polygon(_pixels(ring, center), fill=colour)
-        for excess, colour in ((DECK_SHADOW, BUILDING), (DECK_EDGE, KERB), (0.0, ROAD)):
-            for line, width in road.decks:
-                draw.line(_pixels(line, center), fill=colour, width=round((width + excess) * SCALE), joint="curve")
-        for ring in road.buildings:
-            draw.polygon(_pixels(ring, center), fill=BUILDING)
+            painter.lines(lines, colour, 2)
+        painter.lines(road.stop_lines, LINE, 4)
+        painter.above(road, LINE, BUILDING, KERB, ROAD)
+        painter.fill(road.buildings, BUILDING)
 
 
 def _pixels(points: Floats | Sequence[tuple[float, float]], center: Floats) -> list[tuple[float, float]]:

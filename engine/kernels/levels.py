@@ -14,16 +14,10 @@ from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.nearest_lane import first_lane, lane_nearest
 from engine.kernels.run_state import HOSTED, Memory, Plan, Run, Status
 from engine.tables import Floats, Ints, RoadTables
-from engine.vocabulary import LEVEL, ActorKind, State
+from engine.vocabulary import LEVEL, LEVEL_REACH, ActorKind, HeightColumn, State
 
 SAME_SURFACE = 0.5 * LEVEL
 """Largest change of an actor's height in a step [m]: a point farther from its height belongs to another surface."""
-BESIDE = 5.0
-"""Largest distance from the centre of a lane [m] at which a pedestrian or an obstacle is on its level; *ours*: half a
-wide lane, a kerb and a sidewalk.
-"""
-HEIGHT_X, HEIGHT_Y, HEIGHT, SLOPE_X, SLOPE_Y, LANE = range(6)
-"""Columns of `RoadTables.heights`."""
 FRAME_X, FRAME_Y, SIDE, COLUMNS, ROWS = range(5)
 """Entries of `RoadTables.height_frame`."""
 
@@ -46,9 +40,10 @@ def height_near(
             cell = across * columns + along
             for at in range(road.height_start[cell], road.height_start[cell + 1]):
                 point = road.heights[at]
-                dx, dy = x - point[HEIGHT_X], y - point[HEIGHT_Y]
-                there = point[HEIGHT] + dx * point[SLOPE_X] + dy * point[SLOPE_Y]
-                fits = point[LANE] == lane if lane >= 0 else abs(there - before) < SAME_SURFACE
+                dx, dy = x - point[HeightColumn.X], y - point[HeightColumn.Y]
+                there = point[HeightColumn.HEIGHT] + dx * point[HeightColumn.SLOPE_X]
+                there += dy * point[HeightColumn.SLOPE_Y]
+                fits = point[HeightColumn.LANE] == lane if lane >= 0 else abs(there - before) < SAME_SURFACE
                 if fits and dx * dx + dy * dy < least:
                     least, height = dx * dx + dy * dy, there
     return height
@@ -68,7 +63,7 @@ def first_height(road: RoadTables, actor: int, kind: int, x: float, y: float, he
     along = height_near(road, x, y, 0.0, lane, math.inf, 0.0)
     if named >= 0 or actor == 0 or (kind != ActorKind.PEDESTRIAN and kind != ActorKind.OBSTACLE):
         return along
-    return height_near(road, x, y, ego, -1, BESIDE, along)
+    return height_near(road, x, y, ego, -1, LEVEL_REACH, along)
 
 
 @deferred()

@@ -19,7 +19,7 @@ from engine.maps import MapFile, MapSpec
 from engine.road.paths import PathBook, Pose, Primitive
 from engine.road.regions import RegionBook, Shape, contains, shape_area
 from engine.tables import Floats
-from engine.vocabulary import ManeuverType
+from engine.vocabulary import HeightColumn, ManeuverType
 
 # -- lights and signs of a file ----------------------------------------------------------------------------------------
 
@@ -494,8 +494,8 @@ class Network:
     """Warnings about parts of the map that were repaired or omitted."""
     levels: tuple[str, ...] = ()
     """Remarks on roads that pass over others."""
-    heights: Floats = field(default_factory=lambda: np.zeros((0, 6)))
-    """(n, 6): x, y, height [m], slope along x and y, lane of points along all lanes; none on a single level."""
+    heights: Floats = field(default_factory=lambda: np.zeros((0, len(HeightColumn))))
+    """(n, len(HeightColumn)): points along the centres of all lanes; none on a single level."""
     unread: str = ""
     """Content of a file that the reader does not read, by kind."""
     bounds: Mapping[int, tuple[Floats, Floats]] = field(default_factory=dict[int, tuple[Floats, Floats]])

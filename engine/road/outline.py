@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from engine.road.regions import Shape
 from engine.road.specification import setback
 from engine.road.streets import layers
 from engine.tables import Bools, Floats
-from engine.vocabulary import LEVEL
+from engine.vocabulary import LEVEL, HeightColumn
 
 DECK_SHADOW, DECK_EDGE = 1.6, 0.5
 """Excess of a bridge's shadow and of its edges over its width, in pictures [m]."""
@@ -22,6 +23,7 @@ NEARBY = 4.0
 """Side of a cell [m]: lanes in the same or the next cell are compared in height."""
 CONSTANT_WIDTH = 0.05
 """Change of width below which a lane is drawn with a constant width [m]."""
+Paint = TypeVar("Paint")
 Shown = Callable[[int, float], str]
 """(phase, time [s]) -> colour of the lights: green, yellow or red; "" if unknown."""
 
@@ -72,6 +74,12 @@ class Outline:
     """Lines across each lane with a traffic light."""
     decks: tuple[tuple[Floats, float], ...] = ()
     """Centre lines of the parts of lanes that pass over others, and their widths [m]: drawn above all other roads."""
+
+    def deck_coats(self, shadow: Paint, edge: Paint, asphalt: Paint) -> Iterator[tuple[Floats, float, Paint]]:
+        """Yield the lines of all bridges, their widths [m] and their paints, in the order in which they are painted."""
+        for paint, excess in ((shadow, DECK_SHADOW), (edge, DECK_EDGE), (asphalt, 0.0)):
+            for line, width in self.decks:
+                yield line, width + excess, paint
 
 
 def outline(network: Network, shown: Shown | None = None) -> Outline:
@@ -209,11 +217,11 @@ def _decks(network: Network) -> Iterator[tuple[Floats, float]]:
     places = np.floor(rows[:, :2] / NEARBY).astype(np.int64)
     places -= places.min(axis=0) - 1
     lowest = np.full(places.max(axis=0) + 2, np.inf)
-    np.minimum.at(lowest, (places[:, 0], places[:, 1]), rows[:, 2])
+    np.minimum.at(lowest, (places[:, 0], places[:, 1]), rows[:, HeightColumn.HEIGHT])
     shifts = [(across, along) for across in (-1, 0, 1) for along in (-1, 0, 1)]
     around = np.min([lowest[places[:, 0] + across, places[:, 1] + along] for across, along in shifts], axis=0)
-    above = rows[:, 2] - around >= LEVEL
-    lane = rows[:, 5].astype(np.int64)
+    above = rows[:, HeightColumn.HEIGHT] - around >= LEVEL
+    lane = rows[:, HeightColumn.LANE].astype(np.int64)
     numbers: list[int] = np.unique(lane[above]).tolist()
     for number in numbers:
         own = np.flatnonzero(lane == number)

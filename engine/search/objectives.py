@@ -21,11 +21,12 @@ from engine.kernels.conflict import relative_speed
 from engine.kernels.references import MOST_MARGIN
 from engine.outcomes import Outcomes
 from engine.program import Program
+from engine.references import shares, verdicts
 from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec, function_name
 from engine.tables import Bools, Floats, Ints
-from engine.verdicts import KnownVerdicts, answers_and_margins, shares, verdicts
+from engine.verdicts import KnownVerdicts, answers_and_margins
 from engine.vocabulary import OBJECTIVES, STORED, Blame, Measure, Sense, Verdict
 
 if TYPE_CHECKING:

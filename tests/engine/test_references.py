@@ -3,9 +3,12 @@
 from collections import Counter
 from itertools import product
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cortex_dsl import Scenario, compile_text, load
 from engine import verdicts as module
@@ -13,11 +16,11 @@ from engine.avoidability import avoidability
 from engine.batch import trajectory
 from engine.config import DEFAULT_REFERENCES
 from engine.errors import ArgumentError
-from engine.references import NAMES, REFERENCES, references
+from engine.references import NAMES, REFERENCES, answer_counts, joint_verdict, references, shares, verdicts
 from engine.sampling import sample
 from engine.scenes import Scenes, actor_columns
 from engine.streams import key_rows
-from engine.verdicts import KnownVerdicts, answers_and_margins, blame, shares, verdicts
+from engine.verdicts import KnownVerdicts, answers_and_margins, blame
 from engine.vocabulary import Answer, Blame, Column, Method, State
 from tests.engine.drivers_by_hand import DRIVERS, Encounter
 from tests.laws import share
@@ -198,6 +201,30 @@ def test_the_careful_driver_says_the_same_alone_and_among_others(file: str) -> N
             assert said == expected
     alone = blame(scenario.program, scenes, config, references=("careful",))
     np.testing.assert_array_equal(alone == Blame.AVOIDABLE, [each is not None and each.avoidable for each in complete])
+
+
+OF_THE_EGO = st.lists(
+    st.sampled_from([each for each in Answer if each not in (Answer.NONE, Answer.STRUCK)]), min_size=3, max_size=3
+)
+OF_ONE_SCENE = st.one_of(st.just([Answer.NONE] * 3), st.just([Answer.STRUCK] * 3), OF_THE_EGO)
+
+
+@given(st.lists(OF_ONE_SCENE, min_size=1, max_size=6), st.randoms())
+def test_the_verdict_on_collisions_together_is_that_on_each_of_them(rows: list[list[Answer]], random: Random) -> None:
+    """One alone has its own verdict; several are struck if each is, covered if one is, and disputed if they differ."""
+    answers = np.array(rows)
+    each = [Blame(code) for code in verdicts(answers).tolist()]
+    assert [joint_verdict(answer_counts("abc", answers[row : row + 1])) for row in range(len(rows))] == each
+    together, said = joint_verdict(answer_counts("abc", answers)), set(each) - {Blame.NONE}
+    covered = said - {Blame.STRUCK, Blame.NO_MODEL}
+    if len(said) <= 1:
+        assert together == (said or {Blame.NONE}).pop()
+    elif covered:
+        assert together == (Blame.DISPUTED if len(covered) > 1 else covered.pop())
+    else:
+        assert together == Blame.NO_MODEL
+    random.shuffle(rows)
+    assert joint_verdict(answer_counts("abc", np.array(rows))) == together
 
 
 def test_no_scene_is_driven_twice_for_one_verdict(monkeypatch: pytest.MonkeyPatch) -> None:

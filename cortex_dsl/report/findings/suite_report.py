@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from engine.display import counted
 from engine.gates.ratings import EXTENDED, STANDARD, VERIFIED, Colour, extended_points, standard_points
+from engine.references import OUT_OF_RANGE
+from engine.vocabulary import Answer
 
 if TYPE_CHECKING:
     from cortex_dsl.diagnostics import CompileError, Diagnostic
@@ -25,6 +27,7 @@ class Outcome(StrEnum):
 
 RUN = (Outcome.PASS, Outcome.FAIL)
 """Outcomes of cells with a verdict."""
+ANSWERS = {Answer.AVOIDS: "avoids", Answer.COLLIDES: "collides", Answer.STRUCK: "struck", **OUT_OF_RANGE}
 
 
 @dataclass(frozen=True)
@@ -86,12 +89,34 @@ class CellResult:
     deviation_runs: int = 0
     """Runs of the search for it."""
     searched: SearchedRange | None = None
-    references: Mapping[str, str] = field(default_factory=dict)
-    """Answer of each reference driver, from the run of an ego that keeps its speed."""
+    simulations: int = 0
+    """All runs of the cell, but those of reference drivers."""
+    references: Mapping[str, Mapping[Answer, int]] = field(default_factory=dict)
+    """How often each reference driver gave each answer to a collision of an ego that keeps its speed: once, or up to
+    once for each run of a search; {} without a collision.
+    """
 
     @property
     def probability(self) -> float:
         return self.failures / self.runs if self.runs else float("nan")
+
+    @property
+    def said(self) -> dict[str, str]:
+        """Return the answers of each reference driver in words."""
+        return answer_texts(self.references)
+
+
+def answer_texts(references: Mapping[str, Mapping[Answer, int]]) -> dict[str, str]:
+    """Return the answers of each reference driver in words."""
+    return {name: _said(counts) for name, counts in references.items()}
+
+
+def _said(counts: Mapping[Answer, int]) -> str:
+    """Return the answer to one collision, or the number of collisions that a driver avoids of those in its range."""
+    avoided, rest = (counts.get(answer, 0) for answer in (Answer.AVOIDS, Answer.COLLIDES))
+    if avoided + rest and sum(counts.values()) > 1:
+        return f"avoids {avoided:,} of {avoided + rest:,}"
+    return "; ".join(ANSWERS[answer] for answer in counts)
 
 
 @dataclass(frozen=True)
@@ -273,12 +298,17 @@ def _cell_content(cell: CellResult) -> dict[str, Any]:
             "replay": deviation.replay,
         },
         "deviation_runs": cell.deviation_runs,
+        "simulations": cell.simulations,
         "search": None if searched is None else {
             "runs": searched.runs, "failures": searched.failures,
             "without_failure": {name: list(ends) for name, ends in searched.ranges.items()},
             "units": dict(searched.units),
         },
-        "references": dict(cell.references),
+        "references": cell.said,
+        "answers": {
+            name: {answer.name.lower(): count for answer, count in counts.items()}
+            for name, counts in cell.references.items()
+        },
     }  # fmt: skip
 
 
@@ -301,5 +331,5 @@ def suite_rows(report: SuiteReport) -> Iterator[Sequence[object]]:
             cell.id, cell.range, cell.status, cell.outcome.name.lower(), cell.colour or "", shown[0],
             cell.rule, cell.limit, cell.runs, cell.failures, *shown[1:], least.case if least else "",
             cell.reason, cell.source,
-            *(cell.references.get(name, "") for name in names),
+            *(cell.said.get(name, "") for name in names),
         )  # fmt: skip

@@ -2,7 +2,7 @@
 
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain, combinations
 from typing import Any
@@ -13,7 +13,7 @@ from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_c
 from cortex_dsl.report.findings.framing import BAND, CARD, Frame
 from engine.extras import needed
 from engine.road.network import SurfaceKind
-from engine.road.outline import DECK_EDGE, DECK_SHADOW
+from engine.road.outline import Outline
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -71,6 +71,43 @@ class Lens:
         ]
 
 
+@dataclass(frozen=True)
+class RoadPainter:
+    """Paints a road with a drawing of Pillow; `lens` leads from metres to pixels, of which a metre takes `scale`."""
+
+    draw: Any
+    lens: Callable[[Floats], list[tuple[float, float]]]
+    scale: float
+
+    def fill(self, rings: Iterable[Floats], tint: str) -> None:
+        for ring in rings:
+            self.draw.polygon(self.lens(ring), fill=tint)
+
+    def lines(self, lines: Iterable[Floats], tint: str, width: int) -> None:
+        """Paint lines that are so wide [px]."""
+        for line in lines:
+            self.draw.line(self.lens(line), fill=tint, width=width)
+
+    def ground(self, road: Outline, asphalt: str, seam: float = 0.0) -> None:
+        """Paint strips, lanes, wider by a seam [m], and intersections."""
+        for kind, ring in road.strips:
+            self.fill([ring], STRIPS[kind])
+        for line, width in zip(road.center_lines, road.widths, strict=True):
+            self._lane(line, width + seam, asphalt)
+        self.fill(road.areas, asphalt)
+
+    def above(self, road: Outline, stripe: str, shadow: str, edge: str, asphalt: str) -> None:
+        """Paint crossings, parked cars and bridges."""
+        self.fill(road.stripes, stripe)
+        self.fill(road.parked, PARKED)
+        for line, width, tint in road.deck_coats(shadow, edge, asphalt):
+            self._lane(line, width, tint)
+
+    def _lane(self, line: Floats, width: float, tint: str) -> None:
+        if width > 0.0:
+            self.draw.line(self.lens(line), fill=tint, width=max(1, round(width * self.scale)), joint="curve")
+
+
 def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
     """The film of a case.
 
@@ -117,26 +154,14 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     draw_module = needed("PIL.ImageDraw", "GIFs need", "report", "pillow")
     ground = image.new("RGB", lens.size, GROUND)
     draw, road = draw_module.Draw(ground), replay.road
-    for ring in road.buildings:
-        draw.polygon(lens(ring), fill=BUILDING)
-    for kind, ring in road.strips:
-        draw.polygon(lens(ring), fill=STRIPS[kind])
-    for line, width in zip(road.center_lines, road.widths, strict=True):
-        draw.line(lens(line), fill=ASPHALT, width=round((width + 0.1) * lens.scale), joint="curve")
-    for ring in road.areas:
-        draw.polygon(lens(ring), fill=ASPHALT)
-    for line in (*chain.from_iterable(map(dashes, road.lane_lines)), *road.middle_lines):
-        draw.line(lens(line), fill=MARKING, width=max(1, round(0.16 * lens.scale)))
-    for line in road.stop_lines:
-        draw.line(lens(line), fill=MARKING, width=round(0.42 * lens.scale))
-    for line in road.kerbs:
-        draw.line(lens(line), fill=KERB, width=max(1, round(0.22 * lens.scale)))
-    for rings, tint in ((road.stripes, MARKING), (road.parked, PARKED)):
-        for ring in rings:
-            draw.polygon(lens(ring), fill=tint)
-    for excess, paint in ((DECK_SHADOW, INK), (DECK_EDGE, KERB), (0.0, ASPHALT)):
-        for line, width in road.decks:
-            draw.line(lens(line), fill=paint, width=round((width + excess) * lens.scale), joint="curve")
+    painter = RoadPainter(draw, lens, lens.scale)
+    painter.fill(road.buildings, BUILDING)
+    painter.ground(road, ASPHALT, seam=0.1)
+    broken = chain.from_iterable(map(dashes, road.lane_lines))
+    painter.lines((*broken, *road.middle_lines), MARKING, max(1, round(0.16 * lens.scale)))
+    painter.lines(road.stop_lines, MARKING, round(0.42 * lens.scale))
+    painter.lines(road.kerbs, KERB, max(1, round(0.22 * lens.scale)))
+    painter.above(road, MARKING, INK, KERB, ASPHALT)
     for actor, way in enumerate(replay.ways):
         for point in lens(way[:: max(1, len(way) // 60)]):
             _disc(draw, point, 0.16 * lens.scale, ACTORS[colour(actor)])

@@ -12,7 +12,7 @@ import numpy as np
 from cortex_dsl.report.findings.case_replay import Shape, colour
 from cortex_dsl.report.findings.framing import Frame
 from cortex_dsl.report.page.markup import Element, Node, element
-from engine.road.outline import DECK_EDGE, DECK_SHADOW, Outline
+from engine.road.outline import Outline
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 
@@ -89,11 +89,8 @@ def road_layer(road: Outline, time: float = 0.0) -> Element:
 def _deck_layer(road: Outline) -> list[Element]:
     """Return the bridges above the other roads: their shadow, their edges, their asphalt."""
     shadow, edge = "stroke:#000;stroke-opacity:.3", "stroke:var(--kerb)"
-    return [
-        *(_line(line, "asphalt", stroke_width=number(width + DECK_SHADOW), style=shadow) for line, width in road.decks),
-        *(_line(line, "asphalt", stroke_width=number(width + DECK_EDGE), style=edge) for line, width in road.decks),
-        *(_line(line, "asphalt", stroke_width=number(width)) for line, width in road.decks),
-    ]
+    coats = road.deck_coats({"style": shadow}, {"style": edge}, {})
+    return [_line(line, "asphalt", stroke_width=number(width), **style) for line, width, style in coats]
 
 
 def way_layer(ways: Sequence[Floats]) -> Element:

@@ -103,7 +103,7 @@ def _row(cell: CellResult) -> Sequence[Words]:
     ends = f"{significant(100.0 * cell.low, 3)} to {significant(100.0 * cell.high, 3)} %" if cell.runs else ""
     least = "" if cell.deviation is None else significant(cell.deviation.size, 2)
     name: Words = cell.id if cell.status == VERIFIED else (cell.id, Value(" (?)", "warn"))
-    careful = cell.references.get("careful", "")
+    careful = cell.said.get("careful", "")
     return name, Value(colour, COLOUR_STYLES.get(colour, "warn")), impact, share, ends, least, careful
 
 

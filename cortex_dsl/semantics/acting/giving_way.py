@@ -140,7 +140,8 @@ def give_way(job: Job) -> ir.Block:
             room = where(first, room - setback(job, other), room)
         speed = where(answer.stops, minimum(speed, _approach(job, room)), speed)
         answers.append(answer)
-    speed = where(any_of([each.goes for each in answers]), job.speed() + AWAY, speed)
+    away = minimum(job.speed() + AWAY, maximum(job.speed(), target))
+    speed = where(any_of([each.goes for each in answers]), away, speed)
     aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
     waits, stands = aside > 0.0, abs(off) - askew > aside
     speed = where(waits, where(stands, HARD, minimum(speed, EDGING)), speed)

@@ -24,10 +24,7 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Lane, Network, Road
 from engine.road.sections import LaneSection, road_of
-from engine.vocabulary import LEVEL
-
-BESIDE = 5.0
-"""Largest distance between an object and the road on whose level it begins [m], as that of people on foot."""
+from engine.vocabulary import LEVEL, LEVEL_REACH, HeightColumn
 
 
 def lanes_of_level(ev: Evaluator, value: Value, span: Span) -> tuple[Lane, ...]:
@@ -69,8 +66,8 @@ def require_level(ev: Evaluator, actor: Actor, span: Span) -> None:
         return
     near: Term = ev.algebra.truth(False)
     for lane in lanes:
-        near = near | (region_distance(float(lane.region), actor.pose.x, actor.pose.y) <= BESIDE)
-    name = f"{actor.name} is not more than {BESIDE:g} m from the road of its level"
+        near = near | (region_distance(float(lane.region), actor.pose.x, actor.pose.y) <= LEVEL_REACH)
+    name = f"{actor.name} is not more than {LEVEL_REACH:g} m from the road of its level"
     ev.run.built.requirements.append(ir.Requirement(near, 1.0, name, ev.facts.line(span)))
 
 
@@ -106,8 +103,10 @@ def _heights_at(network: Network, x: float, y: float) -> list[tuple[Lane, float]
     there = [lane for lane in network.lanes if network.regions.contains(lane.region, x, y)]
     found = []
     for lane in there:
-        rows = network.heights[network.heights[:, 5] == lane.id]
+        rows = network.heights[network.heights[:, HeightColumn.LANE] == lane.id]
         if len(rows):
-            row = rows[((rows[:, 0] - x) ** 2 + (rows[:, 1] - y) ** 2).argmin()]
-            found.append((lane, float(row[2] + (x - row[0]) * row[3] + (y - row[1]) * row[4])))
+            dx, dy = x - rows[:, HeightColumn.X], y - rows[:, HeightColumn.Y]
+            near = (dx**2 + dy**2).argmin()
+            heights = rows[:, HeightColumn.HEIGHT] + dx * rows[:, HeightColumn.SLOPE_X]
+            found.append((lane, float((heights + dy * rows[:, HeightColumn.SLOPE_Y])[near])))
     return found

@@ -238,7 +238,7 @@ _ROWS = (
             Parameter("heading", ANGLE), Command.STEER),
     _action("SetWalkingSpeedAction", "Set the speed of a pedestrian, who keeps it.",
             Parameter("speed", SPEED, low=0.0, high=TOP_SPEED), Command.SPEED),
-    Builtin("OpenDoorAction", Kind.ACTION, "Open a door of a parked vehicle, which then stays open.",
+    Builtin("OpenDoorAction", Kind.ACTION, "Open a door of a parked vehicle, once: it then stays as it is.",
             (Parameter("side"), Parameter("angle", ANGLE, "70 deg", 0.0, math.pi / 2.0),
              Parameter("time", TIME, "1 s", low=0.05))),
     Builtin("SetVelocityAction", Kind.ACTION,

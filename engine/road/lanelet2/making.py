@@ -36,7 +36,7 @@ from engine.road.opendrive.planning import SPACING, STATIONS, Tile, overlapping,
 from engine.road.opendrive.surfaces import NoSurface, outline, shape_of_polygon, shapely, union
 from engine.road.paths import PathBook
 from engine.tables import ROAD_REGION, Floats
-from engine.vocabulary import LEVEL
+from engine.vocabulary import LEVEL, HeightColumn
 
 OVERLAP = 1.0
 """Common area from which two lanelets overlap [m^2]: bounds of neighbours may cross by centimetres."""
@@ -404,7 +404,7 @@ class _Builder:
         self.network.levels = tuple(sentences(places))
         if places:
             rows = [row for each, index in self.index.items() for row in self.heights(each, index)]
-            self.network.heights = np.array(rows).reshape(-1, 6)
+            self.network.heights = np.array(rows).reshape(-1, len(HeightColumn))
 
     def tiles(self, lanelet: int) -> Iterator[Tile]:
         left, right = self.strips[lanelet].cut(SPACING)

@@ -32,7 +32,7 @@ from engine.road.network import (
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape
 from engine.tables import Floats
-from engine.vocabulary import ManeuverType
+from engine.vocabulary import HeightColumn, ManeuverType
 
 DIGEST = 32
 """Length of a digest [bytes]."""
@@ -112,7 +112,7 @@ def _pieces(network: Network) -> Iterator[tuple[str, tuple[Sequence[Any], int]]]
     yield "surface_paths", ([each.line for each in network.surfaces], 5)
     yield "left", ([left for left, _ in bounds], 2)
     yield "right", ([right for _, right in bounds], 2)
-    yield "heights", ([network.heights], 6)
+    yield "heights", ([network.heights], len(HeightColumn))
     for name in DRAWN:
         yield name, (() if network.drawn is None else getattr(network.drawn, name), 2)
 

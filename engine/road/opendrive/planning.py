@@ -35,7 +35,7 @@ from engine.road.paths import Primitive
 from engine.road.regions import Shape
 from engine.tables import Floats
 from engine.unread import not_read
-from engine.vocabulary import LEVEL
+from engine.vocabulary import LEVEL, HeightColumn
 
 # -- roads that pass over each other -----------------------------------------------------------------------------------
 
@@ -122,7 +122,7 @@ def _heights(links: Links, found: Sequence[DrawnLane]) -> Floats:
         for part in each.rows:
             cuts = np.linspace(part.start, part.end, max(2, math.ceil((part.end - part.start) / STATIONS) + 1)).tolist()
             rows += rising([(*part.beside(s, part.centre(s)), value_at(road.heights, s)) for s in cuts], number)
-    return np.array(rows).reshape(-1, 6)
+    return np.array(rows).reshape(-1, len(HeightColumn))
 
 
 def rising(points: Iterable[tuple[float, float, float]], lane: int) -> Iterator[tuple[float, ...]]:

@@ -11,7 +11,7 @@ from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, r
 from engine.config import Config
 from engine.driving.blocks import can_be_driven, redriven
 from engine.program import ParamSpace, Program, VariantLabel, choice_names, drawn_lanes
-from engine.references import references
+from engine.references import answer_counts, references
 from engine.risk import PROFILES
 from engine.road import build_network
 from engine.sampling import sample
@@ -221,11 +221,7 @@ def _by_driver(
     answers, _ = answers_and_margins(
         program, scenes, config.simulation, config.contact, search.jobs, search.references, measured=False
     )
-    found: dict[str, dict[Answer, int]] = {}
-    for each, column in zip(references(search.references), answers.T, strict=True):
-        counts = {answer: int((column == answer).sum()) for answer in Answer if answer is not Answer.NONE}
-        found[each.name] = {answer: count for answer, count in counts.items() if count}
-    return found
+    return answer_counts([each.name for each in references(search.references)], answers)
 
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:

@@ -8,6 +8,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cortex_dsl as cx
-from cortex_dsl.api.audit_documents import without_folders_of
+from cortex_dsl.api.audit_documents import audit_of_document, document_in, without_folders_of
 from cortex_dsl.report.findings.audit_report import STEP_BIAS, Topic
+from cortex_dsl.report.findings.suite_report import Outcome, answer_texts
+from engine.errors import ArgumentError
 from engine.gates.exposure import CellCount, exposed_rate, upper_bound
+from engine.references import NAMES, verdicts
 from engine.search.campaign import Progress
+from engine.vocabulary import Answer, Blame
 from tests import audit_again
 from tests.audited import FOLLOWING, KINDS, audit
 from tests.runs import LEFT_TURN
@@ -167,6 +172,60 @@ def test_the_sheet_is_complete_for_every_example(
     assert all(number["available"] or number["reason"] for number in content["numbers"].values())
 
 
+@given(st.data())
+def test_the_verdicts_on_the_cells_of_a_suite_are_those_of_the_engine(
+    copy_of: Callable[[str], Path], data: st.DataObject
+) -> None:
+    """Whatever the drivers said, reasons why a collision is out of their range among it."""
+    found = document_in(copy_of("suite"))
+    assert found is not None
+    content = json.loads(json.dumps(found.content))
+    judged = [cell for group in content["groups"] for cell in group["cells"] if cell["answers"]]
+    of_the_ego = [each for each in Answer if each not in (Answer.NONE, Answer.STRUCK)]
+    row = st.one_of(st.just([Answer.STRUCK] * 5), st.lists(st.sampled_from(of_the_ego), min_size=5, max_size=5))
+    rows = [data.draw(row) for _ in judged]
+    for cell, said in zip(judged, rows, strict=True):
+        counts = {name: {answer: 1} for name, answer in zip(NAMES, said, strict=True)}
+        cell["answers"] = {name: {answer.name.lower(): 1 for answer in each} for name, each in counts.items()}
+        cell["references"] = answer_texts(counts)
+    report = audit_of_document(replace(found, content=content))
+    (values,) = (each.values for each in report.findings if each.topic is Topic.VERDICTS)
+    codes = verdicts(np.array(rows)).tolist()
+    names = [blame.name.lower() for blame in Blame if blame is not Blame.NONE]
+    expected = {name: sum(Blame(code).name.lower() == name for code in codes) for name in names}
+    assert {name: values.get(name, 0) for name in names} == expected
+
+
+@given(st.data())
+def test_a_changed_count_or_outcome_of_a_suite_is_refused_with_its_place(
+    copy_of: Callable[[str], Path], data: st.DataObject
+) -> None:
+    """Any one of them, by any amount; the place names the cell, the group or the count."""
+    found = document_in(copy_of("suite"))
+    assert found is not None
+    content = json.loads(json.dumps(found.content))
+    audit_of_document(replace(found, content=content))
+    group = data.draw(st.sampled_from(content["groups"]))
+    cell = data.draw(st.sampled_from(group["cells"]))
+    here = f"cell `{cell['id']}`"
+    places = [
+        (content["counts"], data.draw(st.sampled_from([*content["counts"]])), "`counts`"),
+        (group, "runs", f"group `{group['name']}`"),
+        (cell, "simulations", f"group `{group['name']}`"),
+        (cell, "outcome", "`counts`"),
+        (cell["probability"], "runs", here),
+        (cell["probability"], "failures", here),
+        *((counts, answer, here) for counts in cell["answers"].values() for answer in counts),
+    ]
+    where, name, place = data.draw(st.sampled_from(places))
+    names = st.sampled_from([each.name.lower() for each in Outcome])
+    new = (names if name == "outcome" else st.integers(0, 10_000)).filter(lambda value: value != where[name])
+    where[name] = data.draw(new)
+    with pytest.raises(ArgumentError, match=re.escape(f"suite.json`, {place}")) as caught:
+        audit_of_document(replace(found, content=content))
+    assert "run `cortexc suite` again" in caught.value.cure
+
+
 # -- tests as a document -----------------------------------------------------------------------------------------------
 
 
@@ -237,7 +296,7 @@ def test_a_part_without_runs_keeps_its_weight(copy_of: Callable[[str], Path], tm
     if kind == "suite":
         name, head = cells.pop(), "cell,weight"
         idle = next(cell for group in content["groups"] for cell in group["cells"] if cell["id"] == name)
-        idle["probability"] = {**idle["probability"], "runs": 0, "failures": 0}
+        idle["probability"] = {"runs": 0, "failures": 0, "rate": None, "low": None, "high": None}
     else:
         name, head = "idle.scn", "file,weight"
         content["files"].append({**content["files"][0], "path": name, "valid": 0, "changes": [], "conditions": []})

@@ -22,6 +22,7 @@ from engine.errors import ControllerError
 from engine.search.probability import levels
 from engine.search.store import StoreError
 from engine.vocabulary import Verdict
+from tests.fork_server import RUN, ForkServer
 from tests.journals import unchain
 
 pytestmark = pytest.mark.usefixtures("small_design")
@@ -536,6 +537,38 @@ def rows(folder: str) -> list[tuple[object, ...]]:
         found = connection.execute("SELECT * FROM simulation ORDER BY generation, place, rollout").fetchall()
     connection.close()
     return found
+
+
+LEAVING = """
+import os
+import numpy as np
+
+left = int(os.environ["LEAVES_AFTER"])
+
+def drive(seen):
+    global left
+    left -= 1
+    if left == 0:
+        os._exit(0)
+    return np.tile([0.5, 0.0, 0.0], (len(seen), 1))
+"""
+
+
+@pytest.mark.parametrize("calls", [30, 75])
+def test_a_driver_that_ends_the_process_loses_no_generation(home: Path, command_server: ForkServer, calls: int) -> None:
+    """The journal holds what was done by then; continued, it is the one of a search without that end."""
+    (home / "leaving.py").write_text(LEAVING, encoding="utf-8")
+    ego = ("--ego", "python:leaving:drive")
+    search = ("mine.scn", "--random", "--generations", "6", "--population", "4", "--jobs", "1", *ego)
+    whole = command_server.run(RUN, *search, "--out", "whole", at=home, LEAVES_AFTER="0")
+    assert whole.status == 0, whole.err
+    cut = command_server.run(RUN, *search, "--out", "cut", at=home, LEAVES_AFTER=str(calls))
+    assert (cut.status, cut.out) == (0, "")
+    assert len(rows("cut")) < len(rows("whole"))
+    assert rows("whole")[: len(rows("cut"))] == rows("cut")
+    done = command_server.run(RUN, "resume", "cut", *ego, at=home, LEAVES_AFTER="0")
+    assert done.status == 0, done.err
+    assert rows("cut") == rows("whole")
 
 
 def test_blocks_of_one_are_blocks(home: Path) -> None:

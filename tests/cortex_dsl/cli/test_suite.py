@@ -26,6 +26,7 @@ from cortex_dsl.console.terminal import Exit
 from cortex_dsl.report.findings.suite_report import CellResult, GroupResult, Outcome, SuiteReport
 from engine.gates.ranges import largest_ranges, spread
 from engine.gates.ratings import Colour
+from engine.vocabulary import Answer
 
 Run = Callable[..., Any]
 BLIND = "ConstantSpeedBehavior(EGO_SPEED)"
@@ -112,6 +113,8 @@ def test_a_person_brakes_only_where_the_driver_warns(suite: str, group: str) -> 
     person = WARNS.replace("warning_ttc", "max_speed=0 m/s, warning_ttc").format(8)
     warned = run_suite(suite, person, budget=4, only=only)
     assert {cell.outcome for cell in warned.cells} == {Outcome.PASS}
+    for each in warned.groups:  # the run that shows whether the driver warns is one of them
+        assert each.runs == sum(cell.simulations for cell in each.cells) > 0
     late = run_suite(suite, person.replace("=8 s", "=0.4 s"), budget=4, only=only)
     assert {cell.outcome for cell in late.cells} == {Outcome.FAIL}
     for driver in ("EmergencyBrakeBehavior", "FollowLaneBehavior"):
@@ -184,7 +187,7 @@ def test_a_defect_in_one_cell_fails_there_and_nowhere_else(speed: int, location:
     failing = [name for name, cell in found.items() if cell.outcome is not Outcome.PASS]
     assert failing == [f"CCRs/{speed}/{location}"]
     assert found[failing[0]].impact == pytest.approx(speed, abs=0.05)
-    assert found[failing[0]].references["careful"] == "avoids"
+    assert found[failing[0]].said["careful"] == "avoids"
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
@@ -653,7 +656,10 @@ def test_cut_ins_that_can_be_avoided_are_avoided_by_a_driver_that_keeps_its_gap_
         assert cell.outcome is Outcome.FAIL
         assert cell.searched is not None
         assert 0 < cell.searched.failures <= cell.searched.runs < 64
-        assert cell.references["careful"].startswith("avoids")
+        counts = cell.references["careful"]
+        assert set(counts) <= {Answer.AVOIDS, Answer.COLLIDES}
+        assert sum(counts.values()) == cell.searched.runs
+        assert cell.said["careful"] == f"avoids {counts[Answer.AVOIDS]} of {cell.searched.runs}"
 
 
 def test_the_heads_of_a_search_name_failures(cortexc: Run, home: Path) -> None:
