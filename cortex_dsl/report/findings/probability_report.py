@@ -31,7 +31,10 @@ WITHHELD = {
     Withheld.UNREACHED: ("no chain reached a failure", PLAIN),
     Withheld.PARTLY: ("only {reached} of {repetitions} climbs reached a failure", MORE),
     Withheld.SCATTERED: ("the repetitions differ by more than their mean", MORE),
-    Withheld.FEW: ("the effective sample size of the failures is {effective}, and less than 100 is too small", OTHER),
+    Withheld.FEW: (
+        "the effective sample size of the failures, {effective}, is below 100, or below 4 for each dimension",
+        OTHER,
+    ),
     Withheld.LOST: ("the driver failed in some runs, and what would have become of them is not known", BOUNDS),
     Withheld.MODES: ("without one climb, the estimate would differ by more than a factor of 1.5", MORE),
     Withheld.APART: ("the chains and the weighted runs are more than a factor of five apart", OTHER),

@@ -68,8 +68,10 @@ LEVELS = 50
 """Number of levels that would use all simulations; it determines the size of a level."""
 SMALLEST = 50
 """Minimum size of a level."""
-LEAST_EFFECTIVE = 100.0
-"""Effective sample size of the failures below which no interval is given."""
+LEAST_EFFECTIVE, LEAST_PER_DIMENSION = 100.0, 4.0
+"""Effective sample size of the failures below which no interval is given: in all, and per dimension. In many dimensions
+few weights are large, so that the size is estimated too large and the error too small.
+"""
 FARTHEST = 5.0
 """Largest factor, either way, between the estimate and that of the wide climbs."""
 DEFENCE = 0.1
@@ -323,10 +325,13 @@ def importance_sampling(
     value, interval = _estimate(weights, chains, level)
     rough = float(np.mean([each.joint for each, is_wide in zip(ascents, CLIMBS, strict=False) if is_wide]))
     rough *= chains.drawn / max(1, chains.filled)
-    withheld = reason if runs is None else _withheld(runs, value, rough)
+    least_effective = max(LEAST_EFFECTIVE, LEAST_PER_DIMENSION * len(space))
+    withheld = reason if runs is None else _withheld(runs, value, rough, least_effective)
     if withheld:
         value, interval = 0.0 if withheld == Withheld.UNREACHED else math.nan, NOT_KNOWN
-    avoidable, avoidable_interval = _avoidable(runs, chains, level) if runs and not withheld else (math.nan, NOT_KNOWN)
+    avoidable, avoidable_interval = (
+        _avoidable(runs, chains, level, least_effective) if runs and not withheld else (math.nan, NOT_KNOWN)
+    )
     return Probability(
         method="importance",
         value=value,
@@ -407,10 +412,10 @@ def _drawn(chains: Chains, located: _Located, samples: int) -> _Runs:
     )
 
 
-def _withheld(runs: _Runs, value: float, rough: float) -> Withheld:
+def _withheld(runs: _Runs, value: float, rough: float, least_effective: float) -> Withheld:
     """Return the reason not to trust the estimate, or `NOTHING`."""
     weights = runs.weights * runs.failed
-    if effective_size(weights) < LEAST_EFFECTIVE:
+    if effective_size(weights) < least_effective:
         return Withheld.FEW
     failed = runs.failed.astype(np.float64)[:, np.newaxis]
     without = product(runs.without, failed)[:, 0] / runs.left
@@ -432,7 +437,7 @@ def _estimate(weights: Floats, chains: Chains, level: float) -> tuple[float, Int
     return value, around(value, float(ndtri((1.0 + level) / 2.0)) * math.sqrt(relative))
 
 
-def _avoidable(runs: _Runs, chains: Chains, level: float) -> tuple[float, Interval]:
+def _avoidable(runs: _Runs, chains: Chains, level: float, least_effective: float) -> tuple[float, Interval]:
     """Return the estimate and interval of avoidable failures, from the first runs, up to `MOST_DRIVEN` failures."""
     if chains.judge is None:
         return math.nan, NOT_KNOWN
@@ -442,4 +447,4 @@ def _avoidable(runs: _Runs, chains: Chains, level: float) -> tuple[float, Interv
     weights = np.zeros(count)
     weights[rows] = runs.weights[rows] * chains.avoided(runs.scenes.rows(rows))
     value, interval = _estimate(weights, chains, level)
-    return value, interval if effective_size(weights) >= LEAST_EFFECTIVE else NOT_KNOWN
+    return value, interval if effective_size(weights) >= least_effective else NOT_KNOWN
