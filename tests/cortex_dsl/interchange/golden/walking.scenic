@@ -5,7 +5,7 @@ pedals stay as they were set, as in Scenic.
 # scenario: walking.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: eba3d1994c3539910b51acab3f3defe1
+# digest: 694ad8f49015dd3f912296569a91e8ad
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #
