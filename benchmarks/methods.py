@@ -119,9 +119,9 @@ def number(plan: Plan, records: Sequence[RunRecord], method: str, column: Column
 
 
 def of_each(plan: Plan, records: Sequence[RunRecord]) -> str:
-    """One line a scenario: medians of avoidable kinds, and of avoidable collisions, by method."""
+    """One line a scenario: medians of avoidable kinds, of avoidable collisions, and of seconds, by method."""
     columns = "".join(f" {method} |" for method in plan.methods)
-    lines = [f"Medians over {plan.runs} runs: kinds (collisions).", "", f"| scenario |{columns}"]
+    lines = [f"Medians over {plan.runs} runs: kinds (collisions), seconds.", "", f"| scenario |{columns}"]
     lines.append(f"|---|{'---|' * len(plan.methods)}")
     for number_of, subject in enumerate(plan.subjects):
         cells = []
@@ -130,7 +130,8 @@ def of_each(plan: Plan, records: Sequence[RunRecord]) -> str:
             kinds, all_of = (
                 spread(np.array([m.of(r.figures) for r in rows])).median for m in (AVOIDABLE_KINDS, AVOIDABLE)
             )
-            cells.append(f"{kinds:g} ({all_of:g})")
+            seconds = spread(np.array([row.seconds for row in rows])).median
+            cells.append(f"{kinds:g} ({all_of:g}), {seconds:.2f}")
         lines.append(f"| {subject.name} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

@@ -408,7 +408,7 @@ def _integers(array: Ints) -> Ints:
 
 def in_parts(rows: int, jobs: int, run: Callable[[Window], None]) -> None:
     """Call `run` for windows of all rows, in `jobs` threads: several windows each, so that they end together."""
-    if jobs == 1:
+    if jobs == 1 or rows < 2:
         _in_moments(rows, run)
         return
     size = max(1, min(CHUNK, -(-rows // (4 * jobs))))

@@ -22,8 +22,6 @@ LOCK = ".lock"
 """Lock file, held by the process that writes a run; the operating system releases it when the process ends."""
 PROBE = ".write-test"
 """Empty file that is made and removed to learn whether a folder can be written."""
-LEAVINGS = (LOCK, PROBE, JOURNAL + UNBORN)
-"""Beginnings of the names of files that a run leaves which is killed before it has a journal."""
 LONGEST_NAME = 200
 """Maximum length [bytes] of the part of a folder's name before the method; file systems allow 255 for a name."""
 
@@ -94,12 +92,17 @@ def new_directory(directory: Path) -> Path:
         directory.mkdir(parents=True, exist_ok=True)
         if (directory / JOURNAL).exists():
             raise StoreError(f"`{directory}` already holds a run", "name another --out; a run is never overwritten")
-        if any(not path.name.startswith(LEAVINGS) for path in directory.iterdir()):
+        if not all(_is_of_unborn(path.name) for path in directory.iterdir()):
             raise StoreError(f"`{directory}` is not empty", "name a new or an empty folder with --out")
         probe = directory / PROBE
         probe.touch()
         probe.unlink()
     return directory
+
+
+def _is_of_unborn(name: str) -> bool:
+    """Return True for files that a run leaves which is killed before it has a journal."""
+    return name in (LOCK, PROBE) or name.startswith(JOURNAL + UNBORN)
 
 
 class RemovedError(StoreError):

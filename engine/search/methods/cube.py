@@ -39,12 +39,8 @@ class Cube:
         """Return the number of values of a discrete gene."""
         return int(self._values[gene])
 
-    def genome(self, point: Floats) -> Genome:
-        """Return the genome at a point (d,); points outside count as the nearest inside."""
-        return self.genomes(point[np.newaxis])[0]
-
     def genomes(self, points: Floats) -> list[Genome]:
-        """Return one genome for each row of points (n, d)."""
+        """Return one genome for each row of points (n, d); points outside count as the nearest inside."""
         inside = np.clip(points, 0.0, 1.0)
         slices = np.minimum(np.floor(inside * self._values), self._values - 1.0)
         steps = np.where(self._discrete, slices, inside * self._span)

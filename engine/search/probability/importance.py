@@ -325,13 +325,10 @@ def importance_sampling(
     value, interval = _estimate(weights, chains, level)
     rough = float(np.mean([each.joint for each, is_wide in zip(ascents, CLIMBS, strict=False) if is_wide]))
     rough *= chains.drawn / max(1, chains.filled)
-    least_effective = max(LEAST_EFFECTIVE, LEAST_PER_DIMENSION * len(space))
-    withheld = reason if runs is None else _withheld(runs, value, rough, least_effective)
+    withheld = reason if runs is None else _withheld(runs, value, rough, space)
     if withheld:
         value, interval = 0.0 if withheld == Withheld.UNREACHED else math.nan, NOT_KNOWN
-    avoidable, avoidable_interval = (
-        _avoidable(runs, chains, level, least_effective) if runs and not withheld else (math.nan, NOT_KNOWN)
-    )
+    avoidable, avoidable_interval = _avoidable(runs, chains, level) if runs and not withheld else (math.nan, NOT_KNOWN)
     return Probability(
         method="importance",
         value=value,
@@ -412,10 +409,15 @@ def _drawn(chains: Chains, located: _Located, samples: int) -> _Runs:
     )
 
 
-def _withheld(runs: _Runs, value: float, rough: float, least_effective: float) -> Withheld:
+def _are_few(weights: Floats, space: ParamSpace) -> bool:
+    """Return True if the effective sample size of these weights is too small for an interval."""
+    return effective_size(weights) < max(LEAST_EFFECTIVE, LEAST_PER_DIMENSION * len(space))
+
+
+def _withheld(runs: _Runs, value: float, rough: float, space: ParamSpace) -> Withheld:
     """Return the reason not to trust the estimate, or `NOTHING`."""
     weights = runs.weights * runs.failed
-    if effective_size(weights) < least_effective:
+    if _are_few(weights, space):
         return Withheld.FEW
     failed = runs.failed.astype(np.float64)[:, np.newaxis]
     without = product(runs.without, failed)[:, 0] / runs.left
@@ -437,7 +439,7 @@ def _estimate(weights: Floats, chains: Chains, level: float) -> tuple[float, Int
     return value, around(value, float(ndtri((1.0 + level) / 2.0)) * math.sqrt(relative))
 
 
-def _avoidable(runs: _Runs, chains: Chains, level: float, least_effective: float) -> tuple[float, Interval]:
+def _avoidable(runs: _Runs, chains: Chains, level: float) -> tuple[float, Interval]:
     """Return the estimate and interval of avoidable failures, from the first runs, up to `MOST_DRIVEN` failures."""
     if chains.judge is None:
         return math.nan, NOT_KNOWN
@@ -447,4 +449,4 @@ def _avoidable(runs: _Runs, chains: Chains, level: float, least_effective: float
     weights = np.zeros(count)
     weights[rows] = runs.weights[rows] * chains.avoided(runs.scenes.rows(rows))
     value, interval = _estimate(weights, chains, level)
-    return value, interval if effective_size(weights) >= least_effective else NOT_KNOWN
+    return value, NOT_KNOWN if _are_few(weights, chains.space) else interval

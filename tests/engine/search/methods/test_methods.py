@@ -213,9 +213,9 @@ def test_cube_round_trip(point: list[float]) -> None:
     kinds = (GeneKind.CONTINUOUS,) * 5 + (GeneKind.INTEGER, GeneKind.INDEX)
     box = Box(tuple("abcdefg"), (5.0, 5.0, 0.0, 5.0, -1.0, 2.0, 0.0), (58.0, 80.0, 1.0, 58.0, 1.0, 9.0, 3.0), kinds)
     cube = Cube(box)
-    genome = cube.genome(np.array(point))
+    (genome,) = cube.genomes(np.array([point]))
     assert box.holds(genome)
-    np.testing.assert_allclose(cube.genome(cube.point(genome)), genome, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(cube.genomes(cube.point(genome)[np.newaxis])[0], genome, rtol=1e-12, atol=1e-12)
 
 
 def test_truncated_normal_has_its_moments() -> None:
